@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "base/topology.h"
+
+namespace nacre {
+
+/// A base mesh split 1→4 `level_count` times, with a position for every vertex of the finest level.
+///
+/// Vertices are ordered by level (see Topology), so a coarser mesh is a prefix of `positions`.
+/// Several components are several groups of base triangles. Positions are in model units, relative
+/// to `origin`, which keeps geo-referenced coordinates exact.
+struct SemiRegularMesh {
+  std::vector<Triangle> base_triangles;
+  std::uint32_t base_vertex_count = 0;
+  int level_count = 0;
+  std::vector<Vec3> positions;
+  Vec3 origin = Vec3::Zero();
+};
+
+/// The wavelet coefficients of a semi-regular mesh: the base positions and one band per level.
+struct Pyramid {
+  std::vector<Vec3> base_positions;
+  /// bands[j][i] is the detail (normal, tangent 1, tangent 2) of vertex level(j).vertex_count + i.
+  std::vector<std::vector<Vec3>> bands;
+};
+
+/// What a coarse level says of the vertices that the next level adds: where they should be, and the
+/// frame in which their detail is measured. Entry i belongs to the midpoint of edge i.
+struct LevelPrediction {
+  std::vector<Vec3> points;
+  std::vector<Frame> frames;
+};
+
+/// Predicts band `level` from the positions of level `level`. `wavelet/` provides them; `remesh/`
+/// takes one, so that it pierces along exactly the normals in which the details are coded.
+using LevelPredictor =
+    std::function<LevelPrediction(const Topology&, int level, std::span<const Vec3> coarse)>;
+
+}  // namespace nacre
