@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "alloc/alloc.h"
+#include "base/run_context.h"
+#include "base/semi_regular_mesh.h"
+#include "codec/decode.h"
+
+/// Semi-regular mesh ↔ bytes: the stages put together, and the container. See README.md and
+/// docs/FORMAT.md.
+namespace nacre::codec {
+
+enum class Profile : std::uint8_t { kPaper };
+
+struct EncodeOptions {
+  Profile profile = Profile::kPaper;
+  wavelet::Transform transform = wavelet::Transform::kButterfly;
+  /// The whole file's size, never exceeded. Required.
+  std::size_t target_bytes = 0;
+  double theta_degrees = 1.0;
+  /// Bits per base coordinate, 6 .. 20; 0: chosen with the rate.
+  int base_bits = 0;
+};
+
+struct BandReport {
+  std::size_t vertices = 0;
+  double gain = 0;                   ///< E_i
+  double step = 0;                   ///< model units; 0 where the band is not coded
+  double bits = 0;                   ///< of the band's section, whole
+  double normal_only_fraction = 0;   ///< of the quantised details
+  double distortion = 0;             ///< measured mean squared error per vertex of the band
+  std::vector<alloc::Sample> samples;
+};
+
+struct EncodeReport {
+  std::size_t bytes = 0, bytes_header = 0, bytes_base = 0;
+  std::size_t bytes_base_connectivity = 0, bytes_base_positions = 0;
+  int base_bits = 0;
+  int levels = 0;                    ///< as coded
+  std::vector<BandReport> bands;
+  double lambda = 0;
+  double predicted_distortion = 0;   ///< Σ w_i D_i, mean squared error per finest vertex
+  double measured_distortion = 0;    ///< the same on the decoded semi-regular mesh
+};
+
+struct Encoded {
+  std::vector<std::uint8_t> bytes;
+  EncodeReport report;
+};
+
+/// Errors   kGoalUnreachable when target_bytes cannot hold even the base mesh (the message names
+///          the smallest possible size); kBadInput.
+[[nodiscard]] Result<Encoded> encode(const SemiRegularMesh& mesh, const EncodeOptions& options,
+                                     const RunContext& context = {});
+
+}  // namespace nacre::codec

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/run_context.h"
+#include "base/scan.h"
+#include "base/semi_regular_mesh.h"
+
+/// Raw scan → cleaned pieces → base mesh → parameterisation → normal mesh. See README.md.
+namespace nacre::remesh {
+
+enum class RepairPolicy : std::uint8_t {
+  kSafe,    ///< weld, drop degenerate and duplicate faces, split non-manifold places, orient
+  kStrict,  ///< as safe, but refuse a scan that needs more than welding and isolated vertices
+  kNone,    ///< refuse a scan that needs any change
+};
+
+/// One kind of change that cleaning made, with how often and where first.
+struct CleanAction {
+  std::string kind;                     ///< e.g. "welded vertices", "split non-manifold edges"
+  std::size_t count = 0;
+  std::vector<std::size_t> first_ids;  ///< up to 8 ids of the input's vertices or faces
+};
+
+struct CleanReport {
+  std::vector<CleanAction> actions;  ///< only what was done
+  std::size_t vertices = 0, triangles = 0, pieces = 0, closed_pieces = 0, boundary_loops = 0;
+  int genus = 0;  ///< summed over the pieces, boundary loops capped
+};
+
+struct CleanScan {
+  Scan scan;                         ///< oriented 2-manifold; every vertex has a face
+  std::vector<std::uint32_t> piece;  ///< per triangle
+  CleanReport report;
+};
+
+/// Errors   kGeometryRefused if nothing is left, or the policy forbids a needed change.
+[[nodiscard]] Result<CleanScan> clean(const Scan& scan, RepairPolicy policy = RepairPolicy::kSafe);
+
+struct Options {
+  /// How often the base is split. 0: enough for the semi-regular mesh to resolve the scan.
+  int levels = 0;
+  /// Vertices of the base mesh, all pieces together. 0: chosen from the scan.
+  int base_vertices = 0;
+  RepairPolicy repair = RepairPolicy::kSafe;
+  /// The coder's own prediction (wavelet::predict); required.
+  LevelPredictor predict;
+};
+
+/// What one level of refinement did.
+struct BandReport {
+  std::size_t vertices = 0;
+  std::size_t normal_only = 0;       ///< details with zero tangential part
+  std::size_t folded_triangles = 0;  ///< of the level it makes: normal opposes the scan's under it
+};
+
+struct PieceReport {
+  std::size_t triangles = 0, base_triangles = 0, boundary_loops = 0;
+  int genus = 0;
+  std::string fallback;  ///< empty when remeshed as usual, else what was done instead and why
+};
+
+struct StageCost {
+  std::string stage;
+  double seconds = 0;
+  std::size_t peak_bytes = 0;  ///< peak resident size of the process at the end of the stage
+};
+
+struct Remesh {
+  SemiRegularMesh mesh;  ///< origin as the scan's
+  CleanReport clean;
+  std::vector<BandReport> bands;
+  std::vector<PieceReport> pieces;
+  std::vector<StageCost> costs;
+};
+
+/// Errors   kGeometryRefused, kBadInput (an option out of range), kCancelled.
+[[nodiscard]] Result<Remesh> remesh(const Scan& scan, const Options& options,
+                                    const RunContext& context = {});
+
+}  // namespace nacre::remesh
