@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wavelet/butterfly_mask.h"
+
+#include <cassert>
+
+#include "wavelet/turn.h"
+
+// READ ME FIRST. A ring stencil costs K products for each of K edges. Streams may hold a vertex of
+// a million edges, so the sum is not taken edge by edge: the weights have only the frequencies 0, 1
+// and 2, hence all K results follow from five weighted sums of the ring (its Fourier coefficients).
+// The order of those sums is part of the format: counter-clockwise from the ring's lowest edge.
+
+namespace nacre::wavelet {
+namespace {
+
+std::uint32_t side_of(const Triangle& triangle_edges, std::uint32_t edge) {
+  return triangle_edges[0] == edge ? 0 : (triangle_edges[1] == edge ? 1 : 2);
+}
+
+std::uint32_t next_side(std::uint32_t side) { return side == 2 ? 0 : side + 1; }
+
+std::uint32_t face_beyond(const Edge& edge, std::uint32_t face) {
+  return edge.face[0] == face ? edge.face[1] : edge.face[0];
+}
+
+/// The point opposite `apex` across edge `e` of `face`, or its mirror image on the boundary.
+Vec3 wing(const LevelTopology& level, std::span<const Vec3> p, std::uint32_t e, std::uint32_t face,
+          std::uint32_t apex) {
+  const Edge& edge = level.edges[e];
+  const auto [a, b] = edge.vertex;
+  const std::uint32_t beyond = face_beyond(edge, face);
+  if (beyond == kNone) return (p[a] + p[b]) - p[apex];
+  const Triangle& t = level.triangles[beyond];
+  return p[t[0] ^ t[1] ^ t[2] ^ a ^ b];  // the third corner, without a search
+}
+
+/// What one side of an edge adds to its stencil.
+struct HalfStencil {
+  Vec3 opposite;
+  Vec3 wings;
+};
+
+HalfStencil half_stencil(const LevelTopology& level, std::span<const Vec3> p, std::uint32_t e,
+                         std::uint32_t face) {
+  const Triangle& t = level.triangles[face];
+  const Triangle& edges = level.triangle_edges[face];
+  const std::uint32_t k = side_of(edges, e), k1 = next_side(k), k2 = next_side(k1);
+  return {p[t[k2]], wing(level, p, edges[k1], face, t[k]) + wing(level, p, edges[k2], face, t[k1])};
+}
+
+/// The vertex that follows `v` on the boundary, coming along boundary edge `e`. A fan has two
+/// boundary edges, so all walks of a level together visit each fan at most twice.
+std::uint32_t next_on_boundary(const LevelTopology& level, std::uint32_t e, std::uint32_t v) {
+  std::uint32_t face = level.edges[e].face[0];
+  while (face != kNone) {
+    const Triangle& edges = level.triangle_edges[face];
+    const std::uint32_t k = side_of(edges, e);
+    // Side k runs from corner k; the other side at v comes before it or after it.
+    e = level.triangles[face][k] == v ? edges[next_side(next_side(k))] : edges[next_side(k)];
+    face = face_beyond(level.edges[e], face);
+  }
+  const auto [a, b] = level.edges[e].vertex;
+  return a == v ? b : a;
+}
+
+Vec3 four_point(const LevelTopology& level, std::span<const Vec3> p, std::uint32_t e) {
+  const auto [a, b] = level.edges[e].vertex;
+  const Vec3& before = p[next_on_boundary(level, e, a)];
+  const Vec3& after = p[next_on_boundary(level, e, b)];
+  return (p[a] + p[b]) * (9.0 / 16) - (before + after) * (1.0 / 16);
+}
+
+}  // namespace
+
+ButterflyMask::ButterflyMask(const Topology& topology) : topology_(topology) {
+  if (topology.level_count() > 0) find_rings();
+}
+
+void ButterflyMask::find_rings() {
+  const LevelTopology& base = topology_.level(0);
+  const auto edge_count = static_cast<std::uint32_t>(base.edges.size());
+  ring_of_.assign(2 * static_cast<std::size_t>(edge_count), kNone);
+  std::vector<bool> seen(ring_of_.size(), false);
+  ring_begin_.push_back(0);
+  for (std::uint32_t first = 0; first < ring_of_.size(); ++first) {
+    if (seen[first]) continue;
+    const std::uint32_t v = base.edges[first / 2].vertex[first % 2];
+    std::uint32_t spoke = first;
+    // Stopping at any seen spoke, not only the first, keeps open fans linear.
+    do {
+      seen[spoke] = true;
+      spokes_.push_back({spoke / 2, spoke % 2});
+      const std::uint32_t left = base.edges[spoke / 2].face[spoke % 2];
+      if (left == kNone) break;
+      const std::uint32_t k = side_of(base.triangle_edges[left], spoke / 2);
+      const std::uint32_t next = base.triangle_edges[left][next_side(next_side(k))];
+      spoke = 2 * next + (base.edges[next].vertex[0] == v ? 0 : 1);
+    } while (!seen[spoke]);
+    const std::size_t valence = spokes_.size() - ring_begin_.back();
+    const bool closed = spoke == first && valence > 1;
+    if (!closed || valence == 6) {
+      spokes_.resize(ring_begin_.back());
+      continue;
+    }
+    const auto ring = static_cast<std::uint32_t>(ring_begin_.size() - 1);
+    for (std::size_t i = ring_begin_.back(); i < spokes_.size(); ++i)
+      ring_of_[2 * static_cast<std::size_t>(spokes_[i].edge) + spokes_[i].end] = ring;
+    ring_begin_.push_back(spokes_.size());
+  }
+}
+
+void ButterflyMask::predict(int level_index, std::span<const Vec3> coarse,
+                            std::span<Vec3> points) const {
+  const LevelTopology& level = topology_.level(level_index);
+  assert(coarse.size() >= level.vertex_count && points.size() == level.edges.size());
+  for (std::uint32_t e = 0; e < points.size(); ++e) {
+    const Edge& edge = level.edges[e];
+    if (edge.is_boundary()) {
+      points[e] = four_point(level, coarse, e);
+      continue;
+    }
+    const HalfStencil left = half_stencil(level, coarse, e, edge.face[0]);
+    const HalfStencil right = half_stencil(level, coarse, e, edge.face[1]);
+    points[e] = ((coarse[edge.vertex[0]] + coarse[edge.vertex[1]]) * 0.5 +
+                 (left.opposite + right.opposite) * 0.125) -
+                (left.wings + right.wings) * 0.0625;
+  }
+  for (std::size_t ring = 0; ring + 1 < ring_begin_.size(); ++ring)
+    predict_ring(level_index, ring, coarse, points);
+}
+
+void ButterflyMask::predict_ring(int level_index, std::size_t ring, std::span<const Vec3> coarse,
+                                 std::span<Vec3> points) const {
+  const LevelTopology& level = topology_.level(level_index);
+  const std::span<const Spoke> spokes(&spokes_[ring_begin_[ring]],
+                                      ring_begin_[ring + 1] - ring_begin_[ring]);
+  const auto K = static_cast<std::uint32_t>(spokes.size());
+  const auto edge_at_level = [&](const Spoke& s) {
+    return s.end == 0 ? s.edge << level_index : ((s.edge + 1) << level_index) - 1;
+  };
+  const Vec3 centre = coarse[topology_.level(0).edges[spokes[0].edge].vertex[spokes[0].end]];
+
+  Vec3 sum = Vec3::Zero(), cos1 = sum, sin1 = sum, cos2 = sum, sin2 = sum;
+  for (std::uint32_t i = 0; i < K; ++i) {
+    const Edge& edge = level.edges[edge_at_level(spokes[i])];
+    const Vec3 q = coarse[edge.vertex[1 - spokes[i].end]] - centre;
+    const CosSin one = turn(i, K);
+    const CosSin two = turn(static_cast<std::uint32_t>((2 * static_cast<std::uint64_t>(i)) % K), K);
+    sum += q;
+    cos1 += q * one.cos;
+    sin1 += q * one.sin;
+    cos2 += q * two.cos;
+    sin2 += q * two.sin;
+  }
+  const double a1 = K == 2 ? 0.5 : 1.0;
+  const double a2 = K < 4 ? 0.0 : (K == 4 ? 0.25 : 0.5);
+  for (std::uint32_t i = 0; i < K; ++i) {
+    const CosSin one = turn(i, K);
+    const CosSin two = turn(static_cast<std::uint32_t>((2 * static_cast<std::uint64_t>(i)) % K), K);
+    const Vec3 first = (cos1 * one.cos + sin1 * one.sin) * a1;
+    const Vec3 second = (cos2 * two.cos + sin2 * two.sin) * a2;
+    const Vec3 point = centre + ((sum * 0.25 + first) + second) / static_cast<double>(K);
+    Vec3& out = points[edge_at_level(spokes[i])];
+    // Extraordinary vertices are neighbours on the base only; the later ring completes the mean.
+    const std::uint32_t other =
+        ring_of_[2 * static_cast<std::size_t>(spokes[i].edge) + (1 - spokes[i].end)];
+    const bool second_of_two = level_index == 0 && other < ring;  // kNone is the largest id
+    out = second_of_two ? Vec3((out + point) * 0.5) : point;
+  }
+}
+
+}  // namespace nacre::wavelet

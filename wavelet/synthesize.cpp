@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cassert>
+#include <cmath>
+#include <string>
+
+#include "wavelet/butterfly_mask.h"
+#include "wavelet/frames.h"
+#include "wavelet/refine.h"
+#include "wavelet/wavelet.h"
+
+namespace nacre::wavelet {
+
+LevelPrediction predict(const Topology& topology, int level_index, std::span<const Vec3> coarse) {
+  const LevelTopology& level = topology.level(level_index);
+  assert(coarse.size() == level.vertex_count);
+  const std::vector<Vec3> predicted =
+      Refiner(topology, Transform::kButterfly).predict(level_index, coarse);
+  LevelPrediction result;
+  result.points.assign(predicted.begin() + level.vertex_count, predicted.end());
+  result.frames.resize(result.points.size());
+  for (std::uint32_t e = 0; e < result.frames.size(); ++e)
+    result.frames[e] = frame_of(midpoint_normal(level, predicted, e));
+  return result;
+}
+
+Result<std::vector<Vec3>> synthesize(const Topology& topology, const Pyramid& pyramid,
+                                     Transform transform, int levels) {
+  const auto bands = static_cast<int>(pyramid.bands.size());
+  if (levels < 0) levels = bands;
+  if (levels > bands || levels > topology.level_count()) {
+    return Error{ErrorCode::kBadInput, std::to_string(levels) +
+                                           " levels asked for, but there are " +
+                                           std::to_string(bands) + " bands and " +
+                                           std::to_string(topology.level_count()) + " levels"};
+  }
+  if (pyramid.base_positions.size() != topology.level(0).vertex_count) {
+    return Error{ErrorCode::kBadInput,
+                 std::to_string(pyramid.base_positions.size()) + " base positions for " +
+                     std::to_string(topology.level(0).vertex_count) + " base vertices"};
+  }
+  for (int j = 0; j < levels; ++j) {
+    const std::size_t size = pyramid.bands[static_cast<std::size_t>(j)].size();
+    if (size == topology.band_size(j)) continue;
+    return Error{ErrorCode::kBadInput,
+                 "band " + std::to_string(j) + " has " + std::to_string(size) + " details, not " +
+                     std::to_string(topology.band_size(j)),
+                 static_cast<std::size_t>(j)};
+  }
+
+  const Refiner refiner(topology, transform);
+  std::vector<Vec3> positions = pyramid.base_positions;
+  for (int j = 0; j < levels; ++j) {
+    const std::vector<Vec3> predicted = refiner.predict(j, positions);
+    positions = displace(topology.level(j), predicted, pyramid.bands[static_cast<std::size_t>(j)]);
+  }
+  if (const auto ok = check_finite(positions); !ok) return ok.error();
+  return positions;
+}
+
+}  // namespace nacre::wavelet
