@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -84,10 +85,10 @@ TEST(Arithmetic, RejectsEveryTruncationAndExtension) {
       const Bytes cut(full.data(), full.data() + size);
       ASSERT_FALSE(decode_like(message, cut, decoded)) << size << " of " << full.size();
     }
-    for (const std::uint8_t extra : {0x00, 0x01, 0x80, 0xFF}) {
+    for (const int extra : {0x00, 0x01, 0x80, 0xFF}) {
       Bytes longer = full;
-      longer.push_back(extra);
-      ASSERT_FALSE(decode_like(message, longer, decoded)) << "extra byte " << int{extra};
+      longer.push_back(static_cast<std::uint8_t>(extra));
+      ASSERT_FALSE(decode_like(message, longer, decoded)) << "extra byte " << extra;
       // Nothing that follows the code changes what it says.
       ASSERT_EQ(decoded, message.symbols);
     }
@@ -145,26 +146,37 @@ TEST(Arithmetic, CostIsTheIdealAdaptiveCost) {
     }
     const double bytes = static_cast<double>(encode(message).size());
     EXPECT_LE(bytes, 1.002 * ideal_bits / 8 + 2);
-    EXPECT_GE(bytes, 0.998 * ideal_bits / 8);
+    // What range / total leaves over goes to the last symbol: up to 6 bits gained each time it
+    // comes up with a frequency of 1, at hardly any cost to the others.
+    EXPECT_GE(bytes, 0.95 * ideal_bits / 8);
   }
 }
 
 TEST(Arithmetic, CarryRunsThroughManyFullBytes) {
-  // Raw bits 0x7FFF.. hold bytes of 0xFF back; what follows decides whether a carry runs through.
-  for (int length = 0; length < 40; ++length) {
-    for (const std::uint32_t last : {0u, 1u, 0x7Fu, 0xFEu, 0xFFu}) {
-      Message message;
-      message.model = AdaptiveModel(std::vector<std::uint16_t>{1, 32766, 1}, 1);
-      message.symbols = {1};
-      message.symbols.insert(message.symbols.end(), static_cast<std::size_t>(length), ~31);
-      message.symbols.push_back(~static_cast<int>(last >> 3));
-      message.symbols.push_back(2);
-      message.symbols.push_back(0);
-      std::vector<int> decoded;
-      ASSERT_TRUE(decode_like(message, encode(message), decoded));
-      ASSERT_EQ(decoded, message.symbols);
+  // Thirds, coded afresh each time. The symbols of the code value 0x7FFF.. keep the interval around
+  // 0x8000..; those after them decide whether a carry runs through all the 0xFF held back.
+  Bytes half(100, 0xFF);
+  half[0] = 0x7F;
+  ArithmeticDecoder half_decoder(half);
+  std::vector<int> symbols;
+  std::size_t carried = 0;
+  for (int length = 1; length <= 400; ++length) {
+    AdaptiveModel third(3);
+    symbols.push_back(half_decoder.decode(third));
+    for (const int last : {0, 1, 2}) {
+      std::vector<int> tail = symbols;
+      tail.insert(tail.end(), {last, last, last, 0, 2});
+      ArithmeticEncoder encoder;
+      for (const int symbol : tail) encoder.encode(symbol, third = AdaptiveModel(3));
+      const Bytes bytes = encoder.finish();
+      ArithmeticDecoder decoder(bytes);
+      for (const int symbol : tail) ASSERT_EQ(decoder.decode(third = AdaptiveModel(3)), symbol);
+      ASSERT_TRUE(decoder.ends_exactly());
+      const std::array<std::uint8_t, 5> carry = {0x80, 0x00, 0x00, 0x00, 0x00};
+      if (bytes.size() > 5 && std::equal(carry.begin(), carry.end(), bytes.begin())) ++carried;
     }
   }
+  EXPECT_GT(carried, 100u);
 }
 
 TEST(Arithmetic, EndsOnAnyBytes) {
