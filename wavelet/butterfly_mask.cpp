@@ -34,20 +34,6 @@ Vec3 wing(const LevelTopology& level, std::span<const Vec3> p, std::uint32_t e, 
   return p[t[0] ^ t[1] ^ t[2] ^ a ^ b];  // the third corner, without a search
 }
 
-/// What one side of an edge adds to its stencil.
-struct HalfStencil {
-  Vec3 opposite;
-  Vec3 wings;
-};
-
-HalfStencil half_stencil(const LevelTopology& level, std::span<const Vec3> p, std::uint32_t e,
-                         std::uint32_t face) {
-  const Triangle& t = level.triangles[face];
-  const Triangle& edges = level.triangle_edges[face];
-  const std::uint32_t k = side_of(edges, e), k1 = next_side(k), k2 = next_side(k1);
-  return {p[t[k2]], wing(level, p, edges[k1], face, t[k]) + wing(level, p, edges[k2], face, t[k1])};
-}
-
 /// The vertex that follows `v` on the boundary, coming along boundary edge `e`. A fan has two
 /// boundary edges, so all walks of a level together visit each fan at most twice.
 std::uint32_t next_on_boundary(const LevelTopology& level, std::uint32_t e, std::uint32_t v) {
@@ -115,15 +101,21 @@ void ButterflyMask::predict(int level_index, std::span<const Vec3> coarse,
   assert(coarse.size() >= level.vertex_count && points.size() == level.edges.size());
   for (std::uint32_t e = 0; e < points.size(); ++e) {
     const Edge& edge = level.edges[e];
-    if (edge.is_boundary()) {
-      points[e] = four_point(level, coarse, e);
-      continue;
+    points[e] = edge.is_boundary() ? four_point(level, coarse, e)
+                                   : Vec3((coarse[edge.vertex[0]] + coarse[edge.vertex[1]]) * 0.5);
+  }
+  // By triangle, since the wings across its sides serve two of its edges each.
+  for (std::uint32_t f = 0; f < level.triangles.size(); ++f) {
+    const Triangle& t = level.triangles[f];
+    const Triangle& edges = level.triangle_edges[f];
+    const std::array<Vec3, 3> across = {wing(level, coarse, edges[0], f, t[2]),
+                                        wing(level, coarse, edges[1], f, t[0]),
+                                        wing(level, coarse, edges[2], f, t[1])};
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      if (level.edges[edges[k]].is_boundary()) continue;
+      const std::uint32_t k1 = next_side(k), k2 = next_side(k1);
+      points[edges[k]] += coarse[t[k2]] * 0.125 - (across[k1] + across[k2]) * 0.0625;
     }
-    const HalfStencil left = half_stencil(level, coarse, e, edge.face[0]);
-    const HalfStencil right = half_stencil(level, coarse, e, edge.face[1]);
-    points[e] = ((coarse[edge.vertex[0]] + coarse[edge.vertex[1]]) * 0.5 +
-                 (left.opposite + right.opposite) * 0.125) -
-                (left.wings + right.wings) * 0.0625;
   }
   for (std::size_t ring = 0; ring + 1 < ring_begin_.size(); ++ring)
     predict_ring(level_index, ring, coarse, points);

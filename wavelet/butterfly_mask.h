@@ -11,9 +11,11 @@ namespace nacre::wavelet {
 /// The modified butterfly's prediction of every edge midpoint of a level. Linear in the mesh's size
 /// whatever the valences. Keeps a reference to `topology`.
 ///
-/// Interior edge   a, b its ends, c, d the opposite corners, w0 .. w3 the outer wings:
-///                 ((a + b) / 2 + (c + d) / 8) - ((w0 + w1) + (w2 + w3)) / 16. A wing that the
-///                 boundary cuts off, beyond edge (p, q) of the triangle with apex r, is p + q - r.
+/// Interior edge   (a + b) / 2, plus c / 8 - (w0 + w1) / 16 for its lower-numbered triangle, plus
+/// the
+///                 same for the other: a, b its ends, c the opposite corner, w0 and w1 the wings
+///                 beyond that triangle's next side and the one after. A wing that the boundary
+///                 cuts off, beyond side (p, q) with opposite corner r, is (p + q) - r.
 /// Extraordinary   an end v whose closed ring q_0 .. q_{K-1} has K != 6: v + Σ w_j (q_j - v) with
 ///                 w_j = (1/4 + a1 cos(2πj/K) + a2 cos(4πj/K)) / K, j counted from the edge;
 ///                 a1 = 1, a2 = 1/2, but a1 = 1/2 for K = 2, a2 = 0 for K < 4 and 1/4 for K = 4.
