@@ -12,9 +12,10 @@
 namespace nacre::io {
 
 struct ReadReport {
-  std::string format;                    ///< "ply-ascii", "ply-le", "ply-be", "obj", "off", "stl-ascii", "stl-binary"
+  std::string format;  ///< "ply-ascii", "ply-le", "ply-be", "obj", "off", "stl-ascii", "stl-binary"
   std::size_t file_bytes = 0;
   std::size_t polygons_triangulated = 0;  ///< faces with more than three corners
+  std::size_t faces_skipped = 0;          ///< faces with fewer than three corners
   std::vector<std::string> not_carried;   ///< properties that nacre does not keep, by name
 };
 

@@ -23,8 +23,8 @@ struct VertexChannels {
   std::vector<std::array<std::uint8_t, 3>> color;
 };
 
-/// The file's bytes. PLY and STL are binary little-endian; PLY has float coordinates unless `origin`
-/// is not zero, then double; GLB puts the origin into the root node's translation.
+/// The file's bytes. PLY and STL are binary little-endian; PLY has float coordinates unless
+/// `origin` is not zero, then double; GLB puts the origin into the root node's translation.
 ///
 /// Errors   kLimitExceeded for a GLB or STL past its 32-bit sizes.
 [[nodiscard]] Result<std::vector<std::uint8_t>> serialize_mesh(const TriangleMesh& mesh,
