@@ -1,0 +1,382 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The only file that sees CLI11: the header is heavy, and its exit codes (106, 108, ...) and its
+// two-line messages are not ours. Every parse error leaves here as kBadInput with one line.
+#include "app/cli.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "app/sizes.h"
+
+namespace nacre::app {
+namespace {
+
+constexpr double kDefaultBitsPerInputVertex = 1.0;
+constexpr std::array<std::string_view, 5> kVerbs = {"encode", "decode", "remesh", "compare",
+                                                    "info"};
+
+constexpr const char* kDescription =
+    "nacre: raw scanned triangle meshes to small bitstreams and back.\n"
+    "The shape is kept, within a measured error; the original triangles and UV layout are not.";
+
+constexpr const char* kFooter = R"(Examples:
+  nacre encode scan.ply -o scan.ncr                 about 1 bit per input vertex
+  nacre encode scan.ply -o scan.ncr --size 50k      never more than 50,000 bytes
+  nacre decode scan.ncr -o scan.glb                 also .ply .obj .off .stl
+  nacre compare scan.ply scan.ncr --map error.ply   distances, and where they are
+  nacre info scan.ncr                               levels, sections, bytes by part
+`nacre VERB --help` explains the options of a verb.
+
+Results go to stdout, everything else to stderr. Nothing is overwritten without -f.
+Exit codes: 0 done, 1 unexpected failure, 2 wrong usage, 3 input unreadable, 4 geometry refused,
+  5 goal not reachable, 6 over a limit, 7 .ncr corrupt, cut short or too new, 75 interrupted.)";
+
+constexpr const char* kEncodeFooter = R"(Examples:
+  nacre encode scan.ply -o scan.ncr --size 6k
+  nacre encode scan.obj -o scan.ncr --bits-per-vertex 2 --report report.json
+  nacre encode messy.stl -o messy.ncr --repair strict    refuse a scan that needs real repair
+The summary's error and PSNR are measured on the decoded file against the scan as read.)";
+
+constexpr const char* kDecodeFooter = R"(Examples:
+  nacre decode scan.ncr -o scan.ply
+  nacre decode scan.ncr -o preview.glb --level 3         a coarser mesh, 4 times fewer faces a level)";
+
+constexpr const char* kRemeshFooter = R"(Example:
+  nacre remesh scan.ply -o semi.ply --levels 5
+The result is semi-regular: a base mesh, each triangle split 1 to 4 as many times as there are
+levels, whose finer vertices lie on the scan along the normals of the coarser mesh.)";
+
+constexpr const char* kCompareFooter = R"(Examples:
+  nacre compare scan.ply scan.ncr
+  nacre compare scan.ply other.obj --json | jq .psnr_db
+  nacre compare scan.ply scan.ncr --map error.ply --map-max 0.05 --picture error.png)";
+
+constexpr const char* kInfoFooter = R"(Examples:
+  nacre info scan.ply      counts, size, topology, what cleaning would change
+  nacre info scan.ncr      levels and bytes by part)";
+
+Error usage_error(std::string message) { return {ErrorCode::kBadInput, std::move(message)}; }
+
+/// Insertions, deletions, substitutions and swaps of neighbours that turn one word into the other.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
+  for (std::size_t j = 0; j <= b.size(); ++j) d[0][j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t substitution = d[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, substitution});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+      }
+    }
+  }
+  return d[a.size()][b.size()];
+}
+
+/// ", did you mean 'x'?" for the nearest known word if it is near enough; else empty.
+template <class Words>
+std::string did_you_mean(std::string_view word, const Words& known) {
+  std::string_view best;
+  std::size_t best_distance = 3;  // two slips at most ...
+  for (const auto& candidate : known) {
+    const std::size_t distance = edit_distance(word, candidate);
+    if (distance < best_distance && distance * 2 < word.size()) {  // ... and less than half of it
+      best_distance = distance;
+      best = candidate;
+    }
+  }
+  return best.empty() ? "" : fmt::format(", did you mean '{}'?", best);
+}
+
+/// CLI11's own range check lets "nan" pass and names its bounds in 300 digits.
+CLI::Validator number_within(double low, double high, const char* description) {
+  const auto check = [=](const std::string& text) {
+    double value = 0;
+    const bool fine = CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
+    return fine ? std::string() : fmt::format("'{}' is not {}", text, description);
+  };
+  return CLI::Validator(check, "");
+}
+
+/// Nothing a scan can be measured by is outside of this.
+CLI::Validator positive_number() { return number_within(1e-300, 1e300, "a positive number"); }
+
+/// Option values that need a conversion of our own before they are a command.
+struct Raw {
+  std::string transform = "butterfly", profile = "paper", repair = "safe", up = "y";
+  std::optional<std::string> size;
+  std::optional<double> bits_per_vertex;
+  bool quiet = false, verbose = false;
+};
+
+struct Parser {
+  CLI::App app{kDescription, "nacre"};
+  Raw raw;
+  EncodeCommand encode;
+  DecodeCommand decode;
+  RemeshCommand remesh;
+  CompareCommand compare;
+  InfoCommand info;
+
+  Parser() {
+    app.footer(kFooter);
+    app.require_subcommand(1);
+    app.set_help_flag("-h,--help", "Print this help");
+    app.set_version_flag("--version", std::string("nacre ") + NACRE_VERSION, "Print the version");
+    add_encode();
+    add_decode();
+    add_remesh();
+    add_compare();
+    add_info();
+  }
+
+ private:
+  CLI::App* add_verb(const char* name, const char* description, const char* footer,
+                     Common& common) {
+    CLI::App* verb = app.add_subcommand(name, description);
+    verb->footer(footer);
+    auto* quiet = verb->add_flag("-q,--quiet", raw.quiet, "Print warnings and errors only");
+    verb->add_flag("-v,--verbose", raw.verbose, "Print more, e.g. the cost of each stage")
+        ->excludes(quiet);
+    verb->add_option("--threads", common.threads,
+                     "Threads; default: all that the process may use. Never changes the result")
+        ->check(CLI::Range(1, 1024));
+    return verb;
+  }
+
+  static void add_overwrite(CLI::App* verb, Common& common) {
+    verb->add_flag("-f,--force", common.overwrite, "Overwrite outputs that exist");
+  }
+
+  static void add_samples(CLI::App* verb, std::size_t& samples) {
+    verb->add_option("--samples", samples, "Area samples per direction of the distance measurement")
+        ->check(CLI::Range(std::size_t{1000}, std::size_t{1'000'000'000}))
+        ->capture_default_str();
+  }
+
+  void add_remesh_options(CLI::App* verb, RemeshSettings& settings) {
+    verb->add_option("--levels", settings.levels,
+                     "How often the base mesh is split; default: enough to resolve the scan")
+        ->check(CLI::Range(1, 12));
+    verb->add_option("--base-vertices", settings.base_vertices,
+                     "Vertices of the base mesh, all pieces together; default: from the scan")
+        ->check(CLI::Range(4, 1'000'000));
+    verb->add_option("--repair", raw.repair,
+                     "safe: weld, drop degenerate faces, split non-manifold places, orient, and "
+                     "list it all; strict: weld only, else refuse; none: refuse any change")
+        ->check(CLI::IsMember({"safe", "strict", "none"}))
+        ->capture_default_str();
+  }
+
+  void add_encode() {
+    CLI::App* verb = add_verb("encode", "Compress a scan (PLY, OBJ, OFF, STL) to a .ncr file",
+                              kEncodeFooter, encode.common);
+    verb->add_option("SCAN", encode.scan, "The scan to compress")->required();
+    verb->add_option("-o,--output", encode.output, "The .ncr file to write")->required();
+    auto* size = verb->add_option("--size", raw.size,
+                                  "Goal: the whole file, never exceeded: 6061, 6k (= 6000), 6Ki "
+                                  "(= 6144), 1.5M");
+    verb->add_option(
+            "--bits-per-vertex", raw.bits_per_vertex,
+            "Goal: bits of the whole file per vertex of the input file (STL, which repeats "
+            "them: per distinct vertex); this goal with 1.0 is the default")
+        ->check(positive_number())
+        ->excludes(size);
+    verb->add_option("--profile", raw.profile, "Coder: paper (ICASSP 2006, lattice VQ)")
+        ->check(CLI::IsMember({"paper"}))
+        ->capture_default_str();
+    verb->add_option("--transform", raw.transform, "Wavelets: butterfly or loop")
+        ->check(CLI::IsMember({"butterfly", "loop"}))
+        ->capture_default_str();
+    verb->add_option("--theta", encode.theta_degrees,
+                     "Details within this angle of the normal (degrees) lose their tangential part")
+        ->check(number_within(0, 90, "an angle from 0 to 90"))
+        ->capture_default_str();
+    add_remesh_options(verb, encode.remesh);
+    add_samples(verb, encode.samples);
+    verb->add_option("--report", encode.report, "Write all figures of the run to this .json file");
+    add_overwrite(verb, encode.common);
+  }
+
+  void add_decode() {
+    CLI::App* verb =
+        add_verb("decode", "Turn a .ncr file into a mesh file", kDecodeFooter, decode.common);
+    verb->add_option("FILE", decode.stream, "The .ncr file")->required();
+    verb->add_option("-o,--output", decode.output, "The mesh to write: .ply .obj .off .stl .glb")
+        ->required();
+    verb->add_option("--level", decode.level,
+                     "Decode no further than this level, 0 = base mesh; default: the finest")
+        ->check(CLI::Range(0, 30));
+    verb->add_flag("--partial", decode.partial,
+                   "Accept a file cut short: decode its last whole level");
+    add_overwrite(verb, decode.common);
+  }
+
+  void add_remesh() {
+    CLI::App* verb = add_verb("remesh", "Turn a scan into a semi-regular normal mesh",
+                              kRemeshFooter, remesh.common);
+    verb->add_option("SCAN", remesh.scan, "The scan")->required();
+    verb->add_option("-o,--output", remesh.output, "The mesh to write: .ply .obj .off .stl .glb")
+        ->required();
+    add_remesh_options(verb, remesh.remesh);
+    add_samples(verb, remesh.samples);
+    verb->add_option("--report", remesh.report, "Write all figures of the run to this .json file");
+    add_overwrite(verb, remesh.common);
+  }
+
+  void add_compare() {
+    CLI::App* verb = add_verb("compare", "Measure the distance between two surfaces, both ways",
+                              kCompareFooter, compare.common);
+    verb->add_option("A", compare.a, "The reference: a scan or a .ncr file")->required();
+    verb->add_option("B", compare.b, "The other: a scan or a .ncr file")->required();
+    verb->add_flag("--json", compare.json, "Print JSON (psnr_db is null for equal surfaces)");
+    verb->add_option("--map", compare.map,
+                     "Write A as PLY with each vertex's distance to B, as float "
+                     "`quality` and as colour");
+    auto* picture =
+        verb->add_option("--picture", compare.picture, "Write a PNG: A, B, and the distances on A");
+    verb->add_option("--map-max", compare.map_max,
+                     "Distance at the top of the colour scale, model units; default: the largest "
+                     "for --map, the 99.5th percentile for --picture")
+        ->check(positive_number());
+    verb->add_option("--up", raw.up, "The picture's upward axis: x, y or z")
+        ->check(CLI::IsMember({"x", "y", "z"}))
+        ->capture_default_str()
+        ->needs(picture);
+    verb->add_option("--azimuth", compare.view.azimuth_deg, "Turn of the picture's camera, degrees")
+        ->check(number_within(-360, 360, "an angle from -360 to 360"))
+        ->capture_default_str()
+        ->needs(picture);
+    verb->add_option("--elevation", compare.view.elevation_deg, "Its height, degrees")
+        ->check(number_within(-90, 90, "an angle from -90 to 90"))
+        ->capture_default_str()
+        ->needs(picture);
+    add_samples(verb, compare.samples);
+    add_overwrite(verb, compare.common);
+  }
+
+  void add_info() {
+    CLI::App* verb =
+        add_verb("info", "Say what a scan or a .ncr file is", kInfoFooter, info.common);
+    verb->add_option("FILE", info.file, "A scan (PLY, OBJ, OFF, STL) or a .ncr file")->required();
+    verb->add_flag("--json", info.json, "Print JSON");
+  }
+};
+
+remesh::RepairPolicy repair_policy(const std::string& name) {
+  if (name == "strict") return remesh::RepairPolicy::kStrict;
+  if (name == "none") return remesh::RepairPolicy::kNone;
+  return remesh::RepairPolicy::kSafe;
+}
+
+void set_verbosity(const Raw& raw, Common& common) {
+  common.verbosity = raw.quiet     ? Verbosity::kQuiet
+                     : raw.verbose ? Verbosity::kVerbose
+                                   : Verbosity::kNormal;
+}
+
+Result<Command> finish_encode(const Raw& raw, EncodeCommand command) {
+  if (raw.size) {
+    Result<std::uint64_t> bytes = parse_size(*raw.size);
+    if (!bytes) return usage_error("--size: " + bytes.error().message);
+    command.size_bytes = *bytes;
+  } else {
+    command.bits_per_input_vertex = raw.bits_per_vertex.value_or(kDefaultBitsPerInputVertex);
+  }
+  if (raw.transform == "loop") command.transform = wavelet::Transform::kLoop;
+  command.remesh.repair = repair_policy(raw.repair);
+  set_verbosity(raw, command.common);
+  return Command(std::move(command));
+}
+
+Result<Command> finish_compare(const Raw& raw, CompareCommand command) {
+  if (command.map_max && command.map.empty() && command.picture.empty()) {
+    return usage_error("--map-max needs --map or --picture");
+  }
+  command.view.up = raw.up == "x" ? View::Up::kX : raw.up == "z" ? View::Up::kZ : View::Up::kY;
+  set_verbosity(raw, command.common);
+  return Command(std::move(command));
+}
+
+Result<Command> finish(Parser& parser, std::string_view verb) {
+  const Raw& raw = parser.raw;
+  if (verb == "encode") return finish_encode(raw, parser.encode);
+  if (verb == "compare") return finish_compare(raw, parser.compare);
+  if (verb == "decode") {
+    set_verbosity(raw, parser.decode.common);
+    return Command(parser.decode);
+  }
+  if (verb == "remesh") {
+    parser.remesh.remesh.repair = repair_policy(raw.repair);
+    set_verbosity(raw, parser.remesh.common);
+    return Command(parser.remesh);
+  }
+  set_verbosity(raw, parser.info.common);
+  return Command(parser.info);
+}
+
+/// The first argument that looks like an option and is none of the verb's, with a suggestion.
+std::string describe_unknown(const CLI::App& verb, std::span<const std::string> arguments,
+                             const std::string& otherwise) {
+  std::vector<std::string> known;
+  for (const CLI::Option* option : verb.get_options()) {
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+    for (const std::string& name : option->get_snames()) known.push_back("-" + name);
+  }
+  for (const std::string& argument : arguments) {
+    if (argument == "--") break;
+    const std::string name = argument.substr(0, argument.find('='));
+    if (!name.starts_with("--") || std::ranges::find(known, name) != known.end()) continue;
+    return fmt::format("unknown option '{}'{}", name, did_you_mean(name, known));
+  }
+  return otherwise;
+}
+
+std::string one_line(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  std::ranges::replace(text, '\n', ' ');
+  return text;
+}
+
+}  // namespace
+
+Result<Command> parse_command_line(std::span<const std::string> arguments) {
+  Parser parser;
+  if (arguments.empty()) {
+    return usage_error(
+        "what shall it do? encode, decode, remesh, compare or info (see nacre --help)");
+  }
+  const std::string& verb = arguments.front();
+  const bool known = std::ranges::find(kVerbs, verb) != kVerbs.end();
+  if (!known && verb != "-h" && verb != "--help" && verb != "--version") {
+    const std::string what = verb.starts_with("-") ? "the verb comes first, found" : "unknown verb";
+    return usage_error(
+        fmt::format("{} '{}'{} (see nacre --help)", what, verb, did_you_mean(verb, kVerbs)));
+  }
+  CLI::App* selected = known ? parser.app.get_subcommand(verb) : &parser.app;
+  const std::string hint =
+      fmt::format("(see nacre{}{} --help)", known ? " " : "", known ? verb : "");
+  try {
+    std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // as CLI11 wants them
+    parser.app.parse(reversed);
+  } catch (const CLI::CallForHelp&) {
+    return Command(
+        PrintText{selected == &parser.app ? parser.app.help() : selected->help("nacre")});
+  } catch (const CLI::CallForVersion& version) {
+    return Command(PrintText{one_line(version.what()) + "\n"});
+  } catch (const CLI::ParseError& error) {
+    const std::string what = describe_unknown(*selected, arguments.subspan(1), error.what());
+    return usage_error(fmt::format("{} {}", one_line(what), hint));
+  }
+  return finish(parser, verb);
+}
+
+}  // namespace nacre::app

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cstdio>
+
+#include "app/files.h"
+#include "app/json.h"
+#include "app/report.h"
+#include "app/sizes.h"
+#include "app/verbs.h"
+#include "codec/decode.h"
+#include "io/io.h"
+#include "io/write.h"
+#include "remesh/remesh.h"
+
+namespace nacre::app {
+namespace {
+
+void print(const std::string& text) { std::fwrite(text.data(), 1, text.size(), stdout); }
+
+std::string point_text(const Vec3& p) {
+  return fmt::format("{:.9g} {:.9g} {:.9g}", p[0], p[1], p[2]);
+}
+
+Json scan_json(const InputFacts& facts, const Box& box, const Result<remesh::CleanScan>& cleaned) {
+  Json json = {{"file", facts.file.string()},
+               {"kind", "scan"},
+               {"format", facts.read.format},
+               {"bytes", facts.read.file_bytes},
+               {"vertices", facts.vertices},
+               {"faces", facts.faces},
+               {"goal_vertices", facts.goal_vertices},
+               {"polygons_triangulated", facts.read.polygons_triangulated},
+               {"not_carried", facts.read.not_carried},
+               {"bbox",
+                {{"low", point_json(box.low + facts.origin)},
+                 {"high", point_json(box.high + facts.origin)},
+                 {"diagonal", facts.bbox_diagonal}}},
+               {"origin", point_json(facts.origin)}};
+  json["clean"] = cleaned ? clean_json(cleaned->report) : Json(nullptr);
+  json["refused"] = cleaned ? Json(nullptr) : Json(cleaned.error().message);
+  return json;
+}
+
+std::string scan_text(const InputFacts& facts, const Box& box,
+                      const Result<remesh::CleanScan>& cleaned) {
+  std::string text = fmt::format(
+      "{}: scan, {}, {}\nvertices  {}\nfaces     {}{}\nbox       {}  to  {}\ndiagonal  {:.9g}\n",
+      facts.file.string(), facts.read.format, format_bytes(facts.read.file_bytes),
+      format_count(facts.vertices), format_count(facts.faces),
+      facts.read.polygons_triangulated > 0
+          ? fmt::format(" ({} polygons triangulated)",
+                        format_count(facts.read.polygons_triangulated))
+          : "",
+      point_text(box.low + facts.origin), point_text(box.high + facts.origin), facts.bbox_diagonal);
+  if (!facts.read.not_carried.empty()) {
+    text += fmt::format("not carried by nacre: {}\n", fmt::join(facts.read.not_carried, ", "));
+  }
+  if (!cleaned) return text;
+  const remesh::CleanReport& clean = cleaned->report;
+  text += fmt::format(
+      "topology  {} piece(s), {} closed, {} boundary loop(s), genus {}; {} vertices and {} faces "
+      "after cleaning\n",
+      format_count(clean.pieces), format_count(clean.closed_pieces),
+      format_count(clean.boundary_loops), clean.genus, format_count(clean.vertices),
+      format_count(clean.triangles));
+  if (clean.actions.empty()) text += "defects   none\n";
+  for (const remesh::CleanAction& action : clean.actions) {
+    text += fmt::format("defects   {} {} (first ids: {})\n", format_count(action.count),
+                        action.kind, fmt::join(action.first_ids, " "));
+  }
+  return text;
+}
+
+/// Prints what is known even of a scan that cleaning refuses, then fails.
+Result<void> scan_info(const InfoCommand& command) {
+  Result<io::ReadResult> read = io::read_scan(command.file);
+  if (!read) return in_file(read.error(), command.file);
+  InputFacts facts = input_facts(command.file, *read);
+  facts.bbox_diagonal = bbox_diagonal(read->scan);
+  const Result<remesh::CleanScan> cleaned = remesh::clean(read->scan);
+  const Box box = bounding_box(read->scan);
+  print(command.json ? dump_json(scan_json(facts, box, cleaned)) : scan_text(facts, box, cleaned));
+  if (!cleaned) return in_file(cleaned.error(), command.file);
+  return {};
+}
+
+const char* transform_name(wavelet::Transform transform) {
+  return transform == wavelet::Transform::kLoop ? "loop" : "butterfly";
+}
+
+Json stream_json(const std::filesystem::path& file, const codec::StreamInfo& info) {
+  Json json = {{"file", file.string()},
+               {"kind", "ncr"},
+               {"version", info.version},
+               {"transform", transform_name(info.transform)},
+               {"bytes", info.bytes_present},
+               {"bytes_whole", info.bytes_whole},
+               {"base_vertices", info.base_vertices},
+               {"base_triangles", info.base_triangles},
+               {"base_bits", info.base_bits},
+               {"origin", point_json(info.origin)},
+               {"levels", Json::array()},
+               {"sections", Json::array()}};
+  for (const auto& level : info.levels) {
+    json["levels"].push_back({{"prefix_bytes", level.bytes},
+                              {"vertices", level.vertices},
+                              {"triangles", level.triangles},
+                              {"present", level.bytes <= info.bytes_present}});
+  }
+  for (const auto& section : info.sections) {
+    Json entry = {
+        {"name", std::string(section.name)}, {"offset", section.offset}, {"bytes", section.bytes}};
+    if (section.step > 0) entry["step"] = section.step;
+    json["sections"].push_back(std::move(entry));
+  }
+  return json;
+}
+
+std::string stream_text(const std::filesystem::path& file, const codec::StreamInfo& info) {
+  std::string text = fmt::format(
+      "{}: nacre stream version {}, {}{}\ntransform {}\nbase      {} vertices, {} triangles, {} "
+      "bits a coordinate\n",
+      file.string(), info.version, format_bytes(info.bytes_present),
+      info.bytes_present < info.bytes_whole
+          ? fmt::format(" (cut short: {} when whole)", format_bytes(info.bytes_whole))
+          : "",
+      transform_name(info.transform), format_count(info.base_vertices),
+      format_count(info.base_triangles), info.base_bits);
+  if (!info.origin.isZero(0)) text += fmt::format("origin    {}\n", point_text(info.origin));
+  text += fmt::format("{:<6} {:>14} {:>14} {:>14}\n", "level", "prefix bytes", "vertices", "faces");
+  for (std::size_t j = 0; j < info.levels.size(); ++j) {
+    const auto& level = info.levels[j];
+    text += fmt::format("{:<6} {:>14} {:>14} {:>14}{}\n", j, format_count(level.bytes),
+                        format_count(level.vertices), format_count(level.triangles),
+                        level.bytes <= info.bytes_present ? "" : "  (cut off)");
+  }
+  text += fmt::format("{:<20} {:>10} {:>10} {:>7} {:>12}\n", "section", "offset", "bytes", "share",
+                      "step");
+  for (const auto& section : info.sections) {
+    const double share = info.bytes_whole > 0 ? 100.0 * static_cast<double>(section.bytes) /
+                                                    static_cast<double>(info.bytes_whole)
+                                              : 0.0;
+    text += fmt::format("{:<20} {:>10} {:>10} {:>5.1f} % {:>12}\n", section.name, section.offset,
+                        format_count(section.bytes), share,
+                        section.step > 0 ? fmt::format("{:.6g}", section.step) : "");
+  }
+  return text;
+}
+
+Result<void> stream_info(const InfoCommand& command) {
+  Result<std::vector<std::uint8_t>> bytes = io::read_file(command.file);
+  if (!bytes) return in_file(bytes.error(), command.file);
+  codec::DecodeOptions options;
+  options.accept_prefix = true;  // say what is there, and that the rest is missing
+  Result<codec::StreamInfo> info = codec::inspect(*bytes, options);
+  if (!info) return stream_error(info.error(), command.file);
+  print(command.json ? dump_json(stream_json(command.file, *info))
+                     : stream_text(command.file, *info));
+  return {};
+}
+
+}  // namespace
+
+Result<void> run_info(const InfoCommand& command, Console& console) {
+  if (!is_stream_name(command.file)) console.context().report("read", 0);
+  return is_stream_name(command.file) ? stream_info(command) : scan_info(command);
+}
+
+}  // namespace nacre::app

@@ -1,0 +1,380 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "app/report.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "app/json.h"
+#include "app/sizes.h"
+
+namespace nacre::app {
+namespace {
+
+constexpr const char* kSchema = "nacre-report/0";
+constexpr std::size_t kListedFallbacks = 5;
+
+double share(double part, double whole) { return whole > 0 ? part / whole : 0; }
+
+double percent_of_diagonal(const metric::Comparison& c, double distance) {
+  return 100 * share(distance, c.bbox_diagonal);
+}
+
+const char* repair_name(remesh::RepairPolicy policy) {
+  switch (policy) {
+    case remesh::RepairPolicy::kStrict:
+      return "strict";
+    case remesh::RepairPolicy::kNone:
+      return "none";
+    case remesh::RepairPolicy::kSafe:
+      break;
+  }
+  return "safe";
+}
+
+Json input_json(const InputFacts& input) {
+  return {{"file", input.file.string()},
+          {"format", input.read.format},
+          {"bytes", input.read.file_bytes},
+          {"vertices", input.vertices},
+          {"faces", input.faces},
+          {"goal_vertices", input.goal_vertices},
+          {"polygons_triangulated", input.read.polygons_triangulated},
+          {"not_carried", input.read.not_carried},
+          {"origin", point_json(input.origin)},
+          {"bbox_diagonal", input.bbox_diagonal}};
+}
+
+Json remesh_options_json(const RemeshSettings& settings) {
+  return {{"levels", settings.levels},
+          {"base_vertices", settings.base_vertices},
+          {"repair", repair_name(settings.repair)}};
+}
+
+Json encode_options_json(const EncodeRun& run) {
+  const EncodeCommand& command = run.command;
+  Json goal = command.size_bytes ? Json{{"kind", "size"}, {"value", *command.size_bytes}}
+                                 : Json{{"kind", "bits_per_input_vertex"},
+                                        {"value", command.bits_per_input_vertex.value_or(0)}};
+  Json options = {
+      {"profile", "paper"},
+      {"transform", command.transform == wavelet::Transform::kLoop ? "loop" : "butterfly"},
+      {"theta_degrees", command.theta_degrees},
+      {"goal", std::move(goal)},
+      {"target_bytes", run.target_bytes},
+      {"samples", command.samples}};
+  options.update(remesh_options_json(command.remesh));
+  return options;
+}
+
+Json pieces_json(const std::vector<remesh::PieceReport>& pieces) {
+  Json list = Json::array();
+  for (const remesh::PieceReport& piece : pieces) {
+    list.push_back({{"triangles", piece.triangles},
+                    {"base_triangles", piece.base_triangles},
+                    {"boundary_loops", piece.boundary_loops},
+                    {"genus", piece.genus},
+                    {"fallback", piece.fallback}});
+  }
+  return list;
+}
+
+Json remesh_json(const RemeshFacts& facts) {
+  Json bands = Json::array();
+  for (const remesh::BandReport& band : facts.bands) {
+    bands.push_back({{"vertices", band.vertices},
+                     {"normal_only", band.normal_only},
+                     {"normal_only_fraction", share(static_cast<double>(band.normal_only),
+                                                    static_cast<double>(band.vertices))},
+                     {"folded_triangles", band.folded_triangles}});
+  }
+  return {{"levels", facts.levels},
+          {"base_vertices", facts.base_vertices},
+          {"base_triangles", facts.base_triangles},
+          {"vertices", facts.vertices},
+          {"triangles", facts.triangles},
+          {"bands", std::move(bands)}};
+}
+
+Json bands_json(const std::vector<codec::BandReport>& bands) {
+  Json list = Json::array();
+  for (const codec::BandReport& band : bands) {
+    Json samples = Json::array();
+    for (const alloc::Sample& sample : band.samples) {
+      samples.push_back({{"step", sample.step},
+                         {"bits_per_vertex", sample.bits},
+                         {"distortion", sample.distortion}});
+    }
+    list.push_back({{"vertices", band.vertices},
+                    {"gain", band.gain},
+                    {"step", band.step},
+                    {"bits", band.bits},
+                    {"bits_per_vertex", share(band.bits, static_cast<double>(band.vertices))},
+                    {"normal_only_fraction", band.normal_only_fraction},
+                    {"distortion", band.distortion},
+                    {"samples", std::move(samples)}});
+  }
+  return list;
+}
+
+Json comparison_json(const metric::Comparison& c) {
+  Json json = {{"psnr_db", c.psnr_db},
+               {"rms_a_to_b", c.a_to_b.rms},
+               {"rms_b_to_a", c.b_to_a.rms},
+               {"mean_a_to_b", c.a_to_b.mean},
+               {"mean_b_to_a", c.b_to_a.mean},
+               {"max_a_to_b", c.a_to_b.maximum},
+               {"max_b_to_a", c.b_to_a.maximum},
+               {"max_a_to_b_at", point_json(c.a_to_b.maximum_at)},
+               {"max_b_to_a_at", point_json(c.b_to_a.maximum_at)},
+               {"bbox_diagonal", c.bbox_diagonal},
+               {"samples", {{"a_to_b", c.a_to_b.sample_count}, {"b_to_a", c.b_to_a.sample_count}}}};
+  if (!std::isfinite(c.psnr_db)) json["psnr_db"] = nullptr;
+  return json;
+}
+
+/// "seconds" and "peak_bytes", each with one entry per stage and "total".
+void add_costs(Json& json, const std::vector<remesh::StageCost>& costs, double total_seconds) {
+  Json seconds = Json::object(), peak = Json::object();
+  std::size_t largest = 0;
+  for (const remesh::StageCost& cost : costs) {
+    seconds[cost.stage] = cost.seconds;
+    peak[cost.stage] = cost.peak_bytes;
+    largest = std::max(largest, cost.peak_bytes);
+  }
+  seconds["total"] = total_seconds;
+  peak["total"] = largest;
+  json["seconds"] = std::move(seconds);
+  json["peak_bytes"] = std::move(peak);
+}
+
+std::string cost_text(double seconds) {
+  return fmt::format("{:.1f} s, {}", seconds, format_bytes(peak_resident_bytes()));
+}
+
+std::string quality_text(const metric::Comparison& c) {
+  const double error = max_error(c);
+  return fmt::format("max error {:.3g} ({:.2g} %), PSNR {:.2f} dB", error,
+                     percent_of_diagonal(c, error), c.psnr_db);
+}
+
+std::string input_text(const InputFacts& input) {
+  return fmt::format("{} {} faces {}", input.file.filename().string(), format_count(input.faces),
+                     format_bytes(input.read.file_bytes));
+}
+
+std::string one_sided_text(const char* name, const metric::OneSided& d,
+                           const metric::Comparison& c) {
+  return fmt::format(
+      "{}  rms {:.6g} ({:.4f} %)  mean {:.6g}  max {:.6g} ({:.4f} %) at {:.6g} {:.6g} "
+      "{:.6g}  {} samples",
+      name, d.rms, percent_of_diagonal(c, d.rms), d.mean, d.maximum,
+      percent_of_diagonal(c, d.maximum), d.maximum_at[0], d.maximum_at[1], d.maximum_at[2],
+      format_count(d.sample_count));
+}
+
+std::size_t distinct_positions(const Scan& scan) {
+  std::vector<std::array<double, 3>> points;
+  points.reserve(scan.positions.size());
+  // Adding zero makes -0 and 0 the same point.
+  for (const Vec3& p : scan.positions) points.push_back({p[0] + 0.0, p[1] + 0.0, p[2] + 0.0});
+  std::ranges::sort(points);
+  return static_cast<std::size_t>(std::ranges::unique(points).begin() - points.begin());
+}
+
+}  // namespace
+
+std::string dump_json(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Json point_json(const Vec3& point) { return Json::array({point[0], point[1], point[2]}); }
+
+Json clean_json(const remesh::CleanReport& clean) {
+  Json actions = Json::array();
+  for (const remesh::CleanAction& action : clean.actions) {
+    actions.push_back(
+        {{"kind", action.kind}, {"count", action.count}, {"first_ids", action.first_ids}});
+  }
+  return {{"actions", std::move(actions)},
+          {"vertices", clean.vertices},
+          {"triangles", clean.triangles},
+          {"pieces", clean.pieces},
+          {"closed_pieces", clean.closed_pieces},
+          {"boundary_loops", clean.boundary_loops},
+          {"genus", clean.genus}};
+}
+
+StageClock::StageClock() : begin_(Clock::now()), stage_begin_(begin_) {}
+
+void StageClock::finish(const std::string& stage) {
+  const Clock::time_point now = Clock::now();
+  const double seconds = std::chrono::duration<double>(now - stage_begin_).count();
+  costs_.push_back({stage, seconds, peak_resident_bytes()});
+  stage_begin_ = now;
+}
+
+void StageClock::finish(const std::string& stage, const std::vector<remesh::StageCost>& parts) {
+  for (const remesh::StageCost& part : parts) {
+    costs_.push_back({stage + "/" + part.stage, part.seconds, part.peak_bytes});
+  }
+  finish(stage);
+}
+
+double StageClock::total_seconds() const {
+  return std::chrono::duration<double>(Clock::now() - begin_).count();
+}
+
+std::size_t peak_resident_bytes() {
+  rusage usage = {};
+  if (getrusage(RUSAGE_SELF, &usage) != 0) return 0;
+  return static_cast<std::size_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
+}
+
+InputFacts input_facts(const std::filesystem::path& file, const io::ReadResult& read) {
+  InputFacts facts;
+  facts.file = file;
+  facts.read = read.report;
+  facts.vertices = read.scan.positions.size();
+  facts.faces = read.scan.triangles.size();
+  facts.goal_vertices =
+      read.report.format.starts_with("stl") ? distinct_positions(read.scan) : facts.vertices;
+  facts.origin = read.scan.origin;
+  return facts;
+}
+
+RemeshFacts remesh_facts(const remesh::Remesh& remesh) {
+  RemeshFacts facts;
+  facts.clean = remesh.clean;
+  facts.bands = remesh.bands;
+  facts.pieces = remesh.pieces;
+  facts.base_vertices = remesh.mesh.base_vertex_count;
+  facts.base_triangles = remesh.mesh.base_triangles.size();
+  facts.vertices = remesh.mesh.positions.size();
+  facts.levels = remesh.mesh.level_count;
+  facts.triangles = facts.base_triangles << (2 * facts.levels);
+  return facts;
+}
+
+double max_error(const metric::Comparison& comparison) {
+  return std::max(comparison.a_to_b.maximum, comparison.b_to_a.maximum);
+}
+
+std::string to_json(const metric::Comparison& comparison) {
+  return dump_json(comparison_json(comparison));
+}
+
+std::string to_json(const EncodeRun& run) {
+  const codec::EncodeReport& coded = run.coded;
+  const double bits = 8.0 * static_cast<double>(coded.bytes);
+  const double error = max_error(run.distance);
+  Json json = {{"schema", kSchema}, {"verb", "encode"}, {"nacre", NACRE_VERSION}};
+  json["input"] = input_json(run.input);
+  json["output"] = run.command.output.string();
+  json["options"] = encode_options_json(run);
+  json["bytes"] = coded.bytes;
+  json["bytes_header"] = coded.bytes_header;
+  json["bytes_base"] = coded.bytes_base;
+  json["bytes_base_connectivity"] = coded.bytes_base_connectivity;
+  json["bytes_base_positions"] = coded.bytes_base_positions;
+  json["base_bits"] = coded.base_bits;
+  json["bits_per_input_vertex"] = share(bits, static_cast<double>(run.input.goal_vertices));
+  json["bits_per_semiregular_vertex"] = share(bits, static_cast<double>(run.remesh.vertices));
+  json["psnr_db"] = run.distance.psnr_db;
+  json["remesh_psnr_db"] = run.remesh_distance ? Json(run.remesh_distance->psnr_db) : Json(nullptr);
+  json["max_error"] = error;
+  json["max_error_percent"] = percent_of_diagonal(run.distance, error);
+  json["distance"] = comparison_json(run.distance);
+  json["remesh_distance"] =
+      run.remesh_distance ? comparison_json(*run.remesh_distance) : Json(nullptr);
+  json["allocation"] = {
+      {"lambda", coded.lambda},
+      {"predicted_distortion", coded.predicted_distortion},
+      {"measured_distortion", coded.measured_distortion},
+      {"relative_error",
+       share(coded.predicted_distortion - coded.measured_distortion, coded.measured_distortion)}};
+  json["levels"] = coded.levels;
+  json["bands"] = bands_json(coded.bands);
+  json["clean"] = clean_json(run.remesh.clean);
+  json["pieces"] = pieces_json(run.remesh.pieces);
+  json["remesh"] = remesh_json(run.remesh);
+  add_costs(json, run.costs, run.seconds);
+  return dump_json(json);
+}
+
+std::string to_json(const RemeshRun& run) {
+  const double error = max_error(run.distance);
+  Json json = {{"schema", kSchema}, {"verb", "remesh"}, {"nacre", NACRE_VERSION}};
+  json["input"] = input_json(run.input);
+  json["output"] = run.command.output.string();
+  json["options"] = remesh_options_json(run.command.remesh);
+  json["options"]["samples"] = run.command.samples;
+  json["remesh_psnr_db"] = run.distance.psnr_db;
+  json["max_error"] = error;
+  json["max_error_percent"] = percent_of_diagonal(run.distance, error);
+  json["distance"] = comparison_json(run.distance);
+  json["clean"] = clean_json(run.remesh.clean);
+  json["pieces"] = pieces_json(run.remesh.pieces);
+  json["remesh"] = remesh_json(run.remesh);
+  add_costs(json, run.costs, run.seconds);
+  return dump_json(json);
+}
+
+std::string summary_line(const EncodeRun& run) {
+  const double ratio =
+      share(static_cast<double>(run.input.read.file_bytes), static_cast<double>(run.coded.bytes));
+  return fmt::format("{} -> {} {} ({:.{}f}x), {}, {}", input_text(run.input),
+                     run.command.output.filename().string(), format_bytes(run.coded.bytes), ratio,
+                     ratio < 10 ? 1 : 0, quality_text(run.distance), cost_text(run.seconds));
+}
+
+std::string summary_line(const RemeshRun& run) {
+  return fmt::format("{} -> {} {} faces ({} base faces, {} levels), {}, {}", input_text(run.input),
+                     run.command.output.filename().string(), format_count(run.remesh.triangles),
+                     format_count(run.remesh.base_triangles), run.remesh.levels,
+                     quality_text(run.distance), cost_text(run.seconds));
+}
+
+std::string describe(const metric::Comparison& c) {
+  return fmt::format("PSNR {:.3f} dB  bbox diagonal {:.6g}\n{}\n{}", c.psnr_db, c.bbox_diagonal,
+                     one_sided_text("A -> B", c.a_to_b, c), one_sided_text("B -> A", c.b_to_a, c));
+}
+
+std::string describe_cleaning(const remesh::CleanReport& clean) {
+  std::string line;
+  for (const remesh::CleanAction& action : clean.actions) {
+    line += fmt::format("{}{} {}", line.empty() ? "cleaned: " : ", ", format_count(action.count),
+                        action.kind);
+  }
+  return line;
+}
+
+std::vector<std::string> describe_fallbacks(const std::vector<remesh::PieceReport>& pieces) {
+  std::vector<std::string> lines;
+  std::size_t more = 0;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    if (pieces[i].fallback.empty()) continue;
+    if (lines.size() == kListedFallbacks) {
+      ++more;
+      continue;
+    }
+    lines.push_back(fmt::format("piece {} ({} triangles): {}", i, format_count(pieces[i].triangles),
+                                pieces[i].fallback));
+  }
+  if (more > 0) lines.push_back(fmt::format("{} more such pieces; --report lists them", more));
+  return lines;
+}
+
+std::vector<std::string> describe_costs(const std::vector<remesh::StageCost>& costs) {
+  std::vector<std::string> lines;
+  for (const remesh::StageCost& cost : costs) {
+    lines.push_back(fmt::format("  {:<28} {:8.2f} s  peak {}", cost.stage, cost.seconds,
+                                format_bytes(cost.peak_bytes)));
+  }
+  return lines;
+}
+
+}  // namespace nacre::app
