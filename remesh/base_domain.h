@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "base/geometry.h"
+
+namespace nacre::remesh {
+
+/// A point of the base domain: barycentric weights in one base triangle, each made of unit sides.
+struct DomainPoint {
+  std::uint32_t face = kNone;
+  std::array<double, 3> weight{};
+};
+
+/// A point of the scan: barycentric weights in one of its triangles.
+struct SurfacePoint {
+  std::uint32_t face = kNone;
+  std::array<double, 3> weight{};
+};
+
+[[nodiscard]] inline Vec3 position_of(const SurfacePoint& p, std::span<const Triangle> triangles,
+                                      std::span<const Vec3> positions) {
+  const Triangle& t = triangles[p.face];
+  return p.weight[0] * positions[t[0]] + p.weight[1] * positions[t[1]] +
+         p.weight[2] * positions[t[2]];
+}
+
+/// The base mesh, and where it came from: base vertex i started at scan vertex scan_vertex[i].
+struct BaseMesh {
+  std::vector<Triangle> triangles;
+  std::vector<Triangle> neighbors;
+  std::vector<std::uint32_t> scan_vertex;
+};
+
+/// A one-to-one map of the scan onto the base mesh, linear on each scan triangle: where in the base
+/// domain each scan vertex lies.
+struct Parameterisation {
+  BaseMesh base;
+  std::vector<DomainPoint> point;  ///< per scan vertex
+};
+
+}  // namespace nacre::remesh

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "remesh/remesh.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "remesh/pierce.h"
+#include "remesh/relax.h"
+#include "remesh/simplify.h"
+#include "remesh/surface_map.h"
+
+namespace nacre::remesh {
+namespace {
+
+constexpr int kDefaultBaseVertices = 200;
+
+/// Notes what each step took.
+class Stopwatch {
+ public:
+  explicit Stopwatch(std::vector<StageCost>& costs) : costs_(costs) {}
+  void lap(const char* stage) {
+    const auto now = std::chrono::steady_clock::now();
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    costs_.push_back({stage, std::chrono::duration<double>(now - last_).count(),
+                      static_cast<std::size_t>(usage.ru_maxrss) * 1024});
+    last_ = now;
+  }
+
+ private:
+  std::vector<StageCost>& costs_;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// Enough splits for the semi-regular mesh to have about four triangles for each one of the scan:
+/// from there on the remeshing error is below what any rate of interest leaves.
+int default_levels(std::size_t scan_triangles, std::size_t base_triangles) {
+  int levels = 1;
+  while (levels < 10 && (base_triangles << (2 * levels)) < 3 * scan_triangles) ++levels;
+  return levels;
+}
+
+}  // namespace
+
+Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext& context) {
+  if (options.levels < 0 || options.levels > 12)
+    return Error{ErrorCode::kBadInput, "levels must be 0 .. 12", 0};
+  if (options.base_vertices < 0)
+    return Error{ErrorCode::kBadInput, "base vertices must not be negative", 0};
+  Remesh out;
+  Stopwatch watch(out.costs);
+  auto cleaned = clean(scan, options.repair);
+  if (!cleaned) return cleaned.error();
+  out.clean = cleaned->report;
+  watch.lap("clean");
+
+  SimplifyOptions simplify_options;
+  simplify_options.base_vertices =
+      options.base_vertices > 0 ? options.base_vertices : kDefaultBaseVertices;
+  auto map = simplify(cleaned->scan, simplify_options, context);
+  if (!map) return map.error();
+  watch.lap("base mesh");
+
+  relax(cleaned->scan, *map, {}, context);
+  if (context.cancelled()) return Error{ErrorCode::kCancelled, "interrupted", 0};
+  watch.lap("parameterisation");
+
+  const SurfaceMap surface_map(cleaned->scan, *map);
+  const LineTree tree(cleaned->scan);
+  PierceOptions pierce_options;
+  pierce_options.levels = options.levels > 0 ? options.levels
+                                             : default_levels(cleaned->scan.triangles.size(),
+                                                              map->base.triangles.size());
+  auto pierced = pierce(surface_map, *map, tree, options.predict, pierce_options, context);
+  if (!pierced) return pierced.error();
+  out.mesh = std::move(pierced->mesh);
+  out.bands = std::move(pierced->bands);
+  watch.lap("piercing");
+  return out;
+}
+
+}  // namespace nacre::remesh

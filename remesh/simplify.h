@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "base/result.h"
+#include "base/run_context.h"
+#include "base/scan.h"
+#include "remesh/base_domain.h"
+
+namespace nacre::remesh {
+
+struct SimplifyOptions {
+  int base_vertices = 200;      ///< stop at this many (topology may keep more)
+  double shape_weight = 1.0;    ///< weight of large and long triangles against the quadric error
+  double normal_agreement = 0.4;  ///< least cosine between a face and the scan normals it stands for
+};
+
+/// Collapses half-edges of a clean scan, cheapest first, and keeps the map: with each collapse the
+/// star is flattened before and after, and every scan vertex in it moves to the new triangles.
+///
+/// Ensures  (1) the base keeps pieces, genus and boundary loops; (2) every scan vertex has a point;
+///          scan boundary vertices lie on base boundary edges; (3) the map of each flattened star is
+///          one-to-one, so their composition is.
+/// Source   [GarlandHeckbert1997] quadrics; [LeeEtAl1998] the map; README.md for the cost.
+[[nodiscard]] Result<Parameterisation> simplify(const Scan& scan, const SimplifyOptions& options,
+                                                const RunContext& context = {});
+
+}  // namespace nacre::remesh
