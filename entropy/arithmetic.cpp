@@ -151,14 +151,14 @@ void ArithmeticDecoder::read_byte() {
   code_ = (code_ << 8) | byte;
 }
 
-std::uint32_t ArithmeticDecoder::target(std::uint32_t total) const {
-  return std::min(code_ / (range_ / total), total - 1);
+std::uint32_t ArithmeticDecoder::target(std::uint32_t total) {
+  unit_ = range_ / total;
+  return std::min(code_ / unit_, total - 1);
 }
 
 void ArithmeticDecoder::consume(std::uint32_t low, std::uint32_t size, std::uint32_t total) {
-  const std::uint32_t unit = range_ / total;
-  code_ -= unit * low;
-  range_ = low + size == total ? range_ - unit * low : unit * size;
+  code_ -= unit_ * low;
+  range_ = low + size == total ? range_ - unit_ * low : unit_ * size;
   while (range_ < kMinRange) {
     range_ <<= 8;
     read_byte();

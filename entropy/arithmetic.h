@@ -51,7 +51,7 @@ class AdaptiveModel {
 /// Ensures  (1) for one sequence of models, no payload is a proper prefix of another: a truncated
 ///              or extended payload never passes ArithmeticDecoder::ends_exactly()
 ///          (2) coding nothing, or only certain symbols (models of one symbol), takes 0 bytes
-/// Source   [Martin1979]; carry propagation as in LZMA's coder.
+/// Source   [Martin1979], [Schindler1998]; carry propagation as in LZMA's coder.
 class ArithmeticEncoder {
  public:
   void encode(int symbol, AdaptiveModel& model);
@@ -90,13 +90,14 @@ class ArithmeticDecoder {
   [[nodiscard]] bool ends_exactly() const;
 
  private:
+  [[nodiscard]] std::uint32_t target(std::uint32_t total);
   void consume(std::uint32_t low, std::uint32_t size, std::uint32_t total);
-  [[nodiscard]] std::uint32_t target(std::uint32_t total) const;
   void read_byte();
 
   std::span<const std::uint8_t> bytes_;
   std::size_t position_ = 0;  // bytes read, those past the end included
   std::uint32_t range_ = 0xFFFFFFFFu;
+  std::uint32_t unit_ = 0;    // range / total of the symbol being decoded
   std::uint32_t code_ = 0;    // code value - low, always < range_
   std::uint32_t window_ = 0;  // the last 4 bytes read
   bool overrun_ = false;
