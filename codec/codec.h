@@ -29,11 +29,11 @@ struct EncodeOptions {
 
 struct BandReport {
   std::size_t vertices = 0;
-  double gain = 0;                   ///< E_i
-  double step = 0;                   ///< model units; 0 where the band is not coded
-  double bits = 0;                   ///< of the band's section, whole
-  double normal_only_fraction = 0;   ///< of the quantised details
-  double distortion = 0;             ///< measured mean squared error per vertex of the band
+  double gain = 0;                  ///< E_i
+  double step = 0;                  ///< model units; 0 where the band is not coded
+  double bits = 0;                  ///< of the band's section, whole
+  double normal_only_fraction = 0;  ///< of the quantised details
+  double distortion = 0;            ///< measured mean squared error per vertex of the band
   std::vector<alloc::Sample> samples;
 };
 
@@ -41,11 +41,11 @@ struct EncodeReport {
   std::size_t bytes = 0, bytes_header = 0, bytes_base = 0;
   std::size_t bytes_base_connectivity = 0, bytes_base_positions = 0;
   int base_bits = 0;
-  int levels = 0;                    ///< as coded
+  int levels = 0;  ///< as coded
   std::vector<BandReport> bands;
   double lambda = 0;
-  double predicted_distortion = 0;   ///< Σ w_i D_i, mean squared error per finest vertex
-  double measured_distortion = 0;    ///< the same on the decoded semi-regular mesh
+  double predicted_distortion = 0;  ///< Σ w_i D_i, mean squared error per finest vertex
+  double measured_distortion = 0;   ///< the same on the decoded semi-regular mesh
 };
 
 struct Encoded {

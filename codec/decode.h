@@ -21,13 +21,13 @@ struct DecodeOptions {
 /// What a stream says of itself, from its header and section lengths alone.
 struct StreamInfo {
   struct Level {
-    std::size_t bytes = 0;            ///< prefix of the file that decodes this level
+    std::size_t bytes = 0;  ///< prefix of the file that decodes this level
     std::uint64_t vertices = 0, triangles = 0;
   };
   struct Section {
-    std::string_view name;            ///< "base connectivity", "base positions", "band"
+    std::string_view name;  ///< "base connectivity", "base positions", "band"
     std::size_t offset = 0, bytes = 0;
-    double step = 0;                  ///< of a band; model units
+    double step = 0;  ///< of a band; model units
   };
   int version = 0;
   wavelet::Transform transform = wavelet::Transform::kButterfly;
