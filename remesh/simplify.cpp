@@ -273,7 +273,8 @@ class Simplifier {
     const Star star = scratch_.star;
     const auto s = static_cast<std::size_t>(
         std::find(star.ring.begin(), star.ring.end(), j) - star.ring.begin());
-    if (s == star.ring.size()) return false;
+    // The target's own star may have changed since the collapse was chosen.
+    if (s == star.ring.size() || !links_agree(v, s, star)) return false;
     kept_.clear();
     for_kept_faces(star, s, [&](std::size_t m) { kept_.push_back(m); });
     if (!relocate_points(v, star, s)) return false;
