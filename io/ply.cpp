@@ -44,6 +44,7 @@ class AsciiValues {
   static std::size_t min_bytes(PlyType) { return 2; }
   [[nodiscard]] std::size_t bytes_left() const { return text_.bytes_left() + 1; }
   [[nodiscard]] bool at_end() { return text_.word().empty(); }
+  void mark() {}
   [[nodiscard]] std::string found(double) const { return quote(word_); }
   [[nodiscard]] Error fail(const std::string& what) const {
     return error_at_line(source_, text_.line(), what);
@@ -81,6 +82,8 @@ class BinaryValues {
   static std::size_t min_bytes(PlyType type) { return byte_size(type); }
   [[nodiscard]] std::size_t bytes_left() const { return source_.bytes.size() - at_; }
   [[nodiscard]] bool at_end() const { return bytes_left() == 0; }
+  /// Makes the next byte the place of an error.
+  void mark() { last_ = at_; }
   [[nodiscard]] std::string found(double value) const {
     char text[32];
     const auto end = std::to_chars(text, text + sizeof text, value).ptr;
@@ -143,6 +146,7 @@ class BodyReader {
                           " vertices are more than 2^32 - 2; split the mesh");
     }
     for (const PlyElement& element : header_.elements) {
+      values_.mark();
       Result<void> done = check_count(element);
       if (done) {
         if (element.name == "vertex") {
