@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdio>
 #include <utility>
+#include <vector>
 
 #include "app/files.h"
 #include "app/picture.h"
@@ -12,6 +13,7 @@
 #include "app/report.h"
 #include "app/verbs.h"
 #include "io/write.h"
+#include "remesh/remesh.h"
 
 namespace nacre::app {
 namespace {
@@ -52,15 +54,18 @@ Result<std::vector<float>> distances_on(const Scan& a, const Scan& b,
 }
 
 Result<std::vector<std::uint8_t>> map_bytes(const CompareCommand& command, const Scan& a,
-                                            const std::vector<float>& quality) {
-  const float largest = quality.empty() ? 0 : *std::ranges::max_element(quality);
-  const double top = command.map_max.value_or(static_cast<double>(largest));
+                                            const Scan& b) {
+  Result<std::vector<float>> quality = distances_on(a, b, command.b);
+  if (!quality) return quality.error();
+  const auto largest = std::ranges::max_element(*quality);
+  const double top =
+      command.map_max.value_or(largest == (*quality).end() ? 0.0 : static_cast<double>(*largest));
   io::VertexChannels channels;
-  channels.quality = quality;
-  channels.color.reserve(quality.size());
-  for (const float q : quality) {
+  channels.color.reserve((*quality).size());
+  for (const float q : *quality) {
     channels.color.push_back(viridis(top > 0 ? static_cast<double>(q) / top : 0));
   }
+  channels.quality = std::move(*quality);
   Result<std::vector<std::uint8_t>> bytes = io::serialize_mesh(a, io::MeshFormat::kPly, channels);
   if (!bytes) return in_file(bytes.error(), command.map);
   return bytes;
@@ -75,16 +80,26 @@ std::string caption(const std::filesystem::path& file, const std::string& second
   return text + "\n" + second_line;
 }
 
-Result<std::vector<std::uint8_t>> picture_bytes(const CompareCommand& command, const Scan& a,
-                                                const Scan& b, const std::vector<float>& quality,
+/// Raw scans may be inside out, or have a corner of its own for each face: both look wrong though
+/// the surface is right. Where cleaning refuses, they are drawn as they are.
+Scan drawable(const Scan& scan) {
+  Result<remesh::CleanScan> cleaned = remesh::clean(scan);
+  return cleaned ? std::move(cleaned->scan) : scan;
+}
+
+Result<std::vector<std::uint8_t>> picture_bytes(const CompareCommand& command, const Scan& raw_a,
+                                                const Scan& raw_b,
                                                 const metric::Comparison& comparison) {
+  const Scan a = drawable(raw_a), b = drawable(raw_b);
+  Result<std::vector<float>> quality = distances_on(a, raw_b, command.b);
+  if (!quality) return quality.error();
   std::array<Panel, 3> panels;
   panels[0].mesh = &a;
-  panels[0].caption = caption(command.a, fmt::format("{} faces", a.triangles.size()));
+  panels[0].caption = caption(command.a, fmt::format("{} faces", raw_a.triangles.size()));
   panels[1].mesh = &b;
-  panels[1].caption = caption(command.b, fmt::format("{} faces", b.triangles.size()));
+  panels[1].caption = caption(command.b, fmt::format("{} faces", raw_b.triangles.size()));
   panels[2].mesh = &a;
-  panels[2].quality = quality;
+  panels[2].quality = *quality;
   panels[2].caption = fmt::format("distance to the second surface\nPSNR {:.2f} dB, max {:.3g}",
                                   comparison.psnr_db, max_error(comparison));
   PictureOptions options;
@@ -98,17 +113,14 @@ Result<std::vector<std::uint8_t>> picture_bytes(const CompareCommand& command, c
 /// Makes both files before it writes the first.
 Result<void> write_outputs(const CompareCommand& command, const Scan& a, const Scan& b,
                            const metric::Comparison& comparison) {
-  if (command.map.empty() && command.picture.empty()) return {};
-  Result<std::vector<float>> quality = distances_on(a, b, command.b);
-  if (!quality) return quality.error();
   std::vector<std::uint8_t> map, picture;
   if (!command.map.empty()) {
-    Result<std::vector<std::uint8_t>> bytes = map_bytes(command, a, *quality);
+    Result<std::vector<std::uint8_t>> bytes = map_bytes(command, a, b);
     if (!bytes) return bytes.error();
     map = std::move(*bytes);
   }
   if (!command.picture.empty()) {
-    Result<std::vector<std::uint8_t>> bytes = picture_bytes(command, a, b, *quality, comparison);
+    Result<std::vector<std::uint8_t>> bytes = picture_bytes(command, a, b, comparison);
     if (!bytes) return bytes.error();
     picture = std::move(*bytes);
   }

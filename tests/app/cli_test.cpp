@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "app/cli.h"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+namespace nacre::app {
+namespace {
+
+std::vector<std::string> words(const std::string& line) {
+  std::istringstream in(line);
+  return {std::istream_iterator<std::string>(in), {}};
+}
+
+template <class T>
+T parsed(const std::string& line) {
+  const Result<Command> command = parse_command_line(words(line));
+  EXPECT_TRUE(command.has_value()) << line << ": " << command.error().message;
+  if (!command) return {};
+  const T* typed = std::get_if<T>(&*command);
+  EXPECT_NE(typed, nullptr) << line;
+  return typed ? *typed : T{};
+}
+
+/// The message of a command line that must be refused.
+std::string refused(const std::string& line) {
+  const Result<Command> command = parse_command_line(words(line));
+  EXPECT_FALSE(command.has_value()) << line;
+  if (command) return "";
+  EXPECT_EQ(command.error().code, ErrorCode::kBadInput) << line;
+  EXPECT_EQ(command.error().message.find('\n'), std::string::npos) << command.error().message;
+  return command.error().message;
+}
+
+TEST(ParseEncode, DefaultsToOneBitPerInputVertex) {
+  const auto command = parsed<EncodeCommand>("encode scan.ply -o out.ncr");
+  EXPECT_EQ(command.scan, "scan.ply");
+  EXPECT_EQ(command.output, "out.ncr");
+  EXPECT_FALSE(command.size_bytes.has_value());
+  EXPECT_EQ(command.bits_per_input_vertex, 1.0);
+  EXPECT_EQ(command.transform, wavelet::Transform::kButterfly);
+  EXPECT_EQ(command.theta_degrees, 1.0);
+  EXPECT_EQ(command.remesh.levels, 0);
+  EXPECT_EQ(command.remesh.base_vertices, 0);
+  EXPECT_EQ(command.remesh.repair, remesh::RepairPolicy::kSafe);
+  EXPECT_EQ(command.common.threads, 0);
+  EXPECT_EQ(command.common.verbosity, Verbosity::kNormal);
+  EXPECT_FALSE(command.common.overwrite);
+  EXPECT_TRUE(command.report.empty());
+}
+
+TEST(ParseEncode, TakesEveryOption) {
+  const auto command = parsed<EncodeCommand>(
+      "encode --size 6Ki --profile paper --transform loop --theta 0.5 --levels 4 --base-vertices "
+      "120 --repair strict --threads 2 --report r.json --samples 2000 -f -v -o out.ncr scan.obj");
+  EXPECT_EQ(command.size_bytes, 6144u);
+  EXPECT_FALSE(command.bits_per_input_vertex.has_value());
+  EXPECT_EQ(command.transform, wavelet::Transform::kLoop);
+  EXPECT_EQ(command.theta_degrees, 0.5);
+  EXPECT_EQ(command.remesh.levels, 4);
+  EXPECT_EQ(command.remesh.base_vertices, 120);
+  EXPECT_EQ(command.remesh.repair, remesh::RepairPolicy::kStrict);
+  EXPECT_EQ(command.common.threads, 2);
+  EXPECT_EQ(command.common.verbosity, Verbosity::kVerbose);
+  EXPECT_TRUE(command.common.overwrite);
+  EXPECT_EQ(command.report, "r.json");
+  EXPECT_EQ(command.samples, 2000u);
+  EXPECT_EQ(command.scan, "scan.obj");
+}
+
+TEST(ParseEncode, TakesBitsPerVertex) {
+  EXPECT_EQ(parsed<EncodeCommand>("encode a -o b.ncr --bits-per-vertex 0.25").bits_per_input_vertex,
+            0.25);
+  EXPECT_EQ(parsed<EncodeCommand>("encode a -o b.ncr --bits-per-vertex=8").bits_per_input_vertex,
+            8.0);
+}
+
+TEST(ParseEncode, RefusesWhatItCannotDo) {
+  EXPECT_NE(refused("encode").find("SCAN"), std::string::npos);
+  EXPECT_NE(refused("encode a").find("--output"), std::string::npos);
+  EXPECT_NE(refused("encode a -o b.ncr --size 4k --bits-per-vertex 1").find("excludes"),
+            std::string::npos);
+  EXPECT_NE(refused("encode a -o b.ncr --size 4q").find("6Ki"), std::string::npos);
+  refused("encode a b -o c.ncr");
+  refused("encode a -o b.ncr -q -v");
+  refused("encode a -o b.ncr --levels 0");
+  refused("encode a -o b.ncr --levels 13");
+  refused("encode a -o b.ncr --levels x");
+  refused("encode a -o b.ncr --base-vertices 3");
+  refused("encode a -o b.ncr --threads 0");
+  refused("encode a -o b.ncr --size");
+  refused("encode a -o b.ncr --size=");
+  refused("encode a -o b.ncr --size 0");
+  refused("encode a -o b.ncr --repair most");
+  refused("encode a -o b.ncr --profile best");
+  for (const char* bad : {"0", "-1", "nan", "inf", "x", "1e400"}) {
+    refused(std::string("encode a -o b.ncr --bits-per-vertex ") + bad);
+  }
+  for (const char* bad : {"-1", "91", "nan", "inf", "x"}) {
+    refused(std::string("encode a -o b.ncr --theta ") + bad);
+  }
+}
+
+TEST(Parse, GuessesWhatWasMeant) {
+  EXPECT_NE(refused("encod a").find("did you mean 'encode'"), std::string::npos);
+  EXPECT_NE(refused("comapre a b").find("did you mean 'compare'"), std::string::npos);
+  EXPECT_EQ(refused("transmogrify a").find("did you mean"), std::string::npos);
+  EXPECT_NE(refused("encode a -o b.ncr --sise 4").find("did you mean '--size'"), std::string::npos);
+  EXPECT_NE(refused("encode a -o b.ncr --level=4").find("did you mean '--levels'"),
+            std::string::npos);
+  EXPECT_EQ(refused("encode a -o b.ncr --frobnicate").find("did you mean"), std::string::npos);
+  EXPECT_NE(refused("--size 3 encode a").find("verb comes first"), std::string::npos);
+  refused("");
+}
+
+TEST(ParseDecode, TakesLevelAndPartial) {
+  const auto plain = parsed<DecodeCommand>("decode a.ncr -o b.ply");
+  EXPECT_EQ(plain.level, -1);
+  EXPECT_FALSE(plain.partial);
+  const auto command = parsed<DecodeCommand>("decode a.ncr -o b.glb --level 0 --partial -q");
+  EXPECT_EQ(command.stream, "a.ncr");
+  EXPECT_EQ(command.output, "b.glb");
+  EXPECT_EQ(command.level, 0);
+  EXPECT_TRUE(command.partial);
+  EXPECT_EQ(command.common.verbosity, Verbosity::kQuiet);
+  refused("decode a.ncr -o b.ply --level -1");
+  refused("decode a.ncr");
+}
+
+TEST(ParseRemesh, SharesTheRemeshOptions) {
+  const auto command =
+      parsed<RemeshCommand>("remesh a.ply -o b.ply --levels 3 --repair none --report r.json");
+  EXPECT_EQ(command.remesh.levels, 3);
+  EXPECT_EQ(command.remesh.repair, remesh::RepairPolicy::kNone);
+  EXPECT_EQ(command.report, "r.json");
+  refused("remesh a.ply -o b.ply --size 4k");
+}
+
+TEST(ParseCompare, TakesMapAndPicture) {
+  const auto plain = parsed<CompareCommand>("compare a.ply b.ncr");
+  EXPECT_FALSE(plain.json);
+  EXPECT_FALSE(plain.map_max.has_value());
+  EXPECT_EQ(plain.samples, 500'000u);
+  const auto command = parsed<CompareCommand>(
+      "compare a b --json --map m.ply --map-max 0.5 --picture p.png --up z --azimuth -90");
+  EXPECT_TRUE(command.json);
+  EXPECT_EQ(command.map, "m.ply");
+  EXPECT_EQ(command.map_max, 0.5);
+  EXPECT_EQ(command.picture, "p.png");
+  EXPECT_EQ(command.view.up, View::Up::kZ);
+  EXPECT_EQ(command.view.azimuth_deg, -90);
+  refused("compare a");
+  refused("compare a b --samples 10");
+  refused("compare a b --map-max 1");
+  refused("compare a b --map m.ply --map-max 0");
+  refused("compare a b --up z");
+  refused("compare a b --picture p.png --up w");
+  refused("compare a b --picture p.png --elevation 91");
+}
+
+TEST(ParseHelp, TeachesByExamples) {
+  const std::string general = parsed<PrintText>("--help").text;
+  for (const char* verb : {"encode", "decode", "remesh", "compare", "info", "Exit codes"}) {
+    EXPECT_NE(general.find(verb), std::string::npos) << verb;
+  }
+  for (const char* verb : {"encode", "decode", "remesh", "compare", "info"}) {
+    const std::string help = parsed<PrintText>(std::string(verb) + " --help").text;
+    EXPECT_NE(help.find(std::string("nacre ") + verb), std::string::npos) << help;
+    EXPECT_NE(help.find("Example"), std::string::npos) << verb;
+  }
+}
+
+TEST(ParseHelp, ListsNoGoalThatIsNotThere) {
+  const std::string help = parsed<PrintText>("encode --help").text;
+  for (const char* later : {"--psnr", "--max-error", "--quality"}) {
+    EXPECT_EQ(help.find(later), std::string::npos) << later;
+  }
+}
+
+TEST(ParseVersion, IsOneLine) {
+  const std::string version = parsed<PrintText>("--version").text;
+  EXPECT_TRUE(version.starts_with("nacre "));
+  EXPECT_EQ(version.find('\n'), version.size() - 1);
+}
+
+}  // namespace
+}  // namespace nacre::app
