@@ -13,6 +13,7 @@ namespace nacre::remesh {
 namespace {
 
 enum Kind : std::uint8_t { kNormal = 0, kBoundary = 1, kVector = 2 };
+constexpr int kUnfoldPasses = 3;
 
 class Piercer {
  public:
@@ -37,6 +38,8 @@ class Piercer {
     kind_.resize(old + count);
     parallel_for_each_index(
         count, [&](std::size_t e) { place(level, e, old + e, prediction); }, 64);
+    for (int pass = 0; pass < kUnfoldPasses; ++pass)
+      if (!unfold(level, prediction)) break;
   }
 
   [[nodiscard]] BandReport report(int level) const {
@@ -128,6 +131,79 @@ class Piercer {
       return;
     }
     store(vertex, expected, expected_at, kVector);
+  }
+
+  struct Place {
+    SurfacePoint point;
+    Vec3 at;
+    Kind kind;
+  };
+
+  /// Triangles of the level being made that are folded and have `vertex`, the midpoint of `edge`.
+  [[nodiscard]] int folds_around(const LevelTopology& fine, const Edge& edge,
+                                 std::uint32_t vertex) const {
+    int folds = 0;
+    for (const std::uint32_t face : edge.face) {
+      if (face == kNone) continue;
+      for (std::uint32_t child = 4 * face; child < 4 * face + 4; ++child) {
+        const Triangle& t = fine.triangles[child];
+        if (t[0] == vertex || t[1] == vertex || t[2] == vertex) folds += is_folded(t);
+      }
+    }
+    return folds;
+  }
+
+  /// Moves new vertices of folded triangles to whichever other place of theirs folds least: further
+  /// hits, the expected point, the scan nearest to the edge's middle. True if any moved.
+  bool unfold(int level, const LevelPrediction& prediction) {
+    const LevelTopology& coarse = topology_.level(level);
+    const LevelTopology& fine = topology_.level(level + 1);
+    std::vector<std::uint32_t> suspects;
+    for (const Triangle& t : fine.triangles) {
+      if (!is_folded(t)) continue;
+      for (const std::uint32_t v : t)
+        if (v >= coarse.vertex_count) suspects.push_back(v);
+    }
+    std::sort(suspects.begin(), suspects.end());
+    suspects.erase(std::unique(suspects.begin(), suspects.end()), suspects.end());
+    bool any = false;
+    for (const std::uint32_t v : suspects) any |= replace(level, v, prediction);
+    return any;
+  }
+
+  bool replace(int level, std::uint32_t vertex, const LevelPrediction& prediction) {
+    const LevelTopology& coarse = topology_.level(level);
+    const LevelTopology& fine = topology_.level(level + 1);
+    const std::uint32_t e = vertex - coarse.vertex_count;
+    const Edge& edge = coarse.edges[e];
+    if (edge.is_boundary()) return false;
+    int fewest = folds_around(fine, edge, vertex);
+    if (fewest == 0) return false;
+    const Place kept{surface_[vertex], positions_[vertex], static_cast<Kind>(kind_[vertex])};
+    Place best = kept;
+    for (const Place& place : other_places(level, edge, prediction.points[e], prediction.frames[e].normal)) {
+      surface_[vertex] = place.point;
+      positions_[vertex] = place.at;
+      const int folds = folds_around(fine, edge, vertex);
+      if (folds >= fewest) continue;
+      fewest = folds;
+      best = place;
+    }
+    store(vertex, best.point, best.at, best.kind);
+    return best.at != kept.at;
+  }
+
+  [[nodiscard]] std::vector<Place> other_places(int level, const Edge& edge, const Vec3& predicted,
+                                                const Vec3& normal) const {
+    std::vector<Place> places;
+    const Vec3 middle = (positions_[edge.vertex[0]] + positions_[edge.vertex[1]]) / 2;
+    const double length = (positions_[edge.vertex[0]] - positions_[edge.vertex[1]]).norm();
+    for (const LineTree::Hit& hit : tree_.hits(predicted, normal, options_.reach * length))
+      places.push_back({hit.point, predicted + hit.t * normal, kNormal});
+    for (const SurfacePoint& p : {expected_point(edge, edge.face[0] >> (2 * level), predicted),
+                                  tree_.nearest(predicted), tree_.nearest(middle)})
+      places.push_back({p, position_of(p, scan_.triangles, scan_.positions), kVector});
+    return places;
   }
 
   void store(std::size_t vertex, const SurfacePoint& point, const Vec3& at, Kind kind) {
