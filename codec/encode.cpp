@@ -3,32 +3,25 @@
 #include <cmath>
 #include <limits>
 #include <new>
+#include <optional>
 #include <string>
 
-#include "base/parallel.h"
-#include "codec/band_coder.h"
 #include "codec/codec.h"
+#include "codec/geometry_coder.h"
 #include "codec/rate_control.h"
-#include "codec/renumber.h"
 #include "codec/stream_format.h"
 #include "codec/stream_writer.h"
-#include "entropy/connectivity.h"
-#include "wavelet/wavelet.h"
 
 namespace nacre::codec {
 namespace {
 
 constexpr int kMinBaseBits = 6, kMaxBaseBits = 20;
-/// How often the gains are measured anew on the errors the allocation makes.
-constexpr int kGainRounds = 2;
-
-/// The mesh in the numbering of its decoder, and its wavelet coefficients.
-struct Prepared {
-  entropy::EncodedConnectivity connectivity;
-  Topology topology;
-  std::vector<Vec3> positions;
-  Pyramid pyramid;
-};
+/// How often the curves are sampled: first in the frames of the undistorted mesh, then in those of
+/// the mesh decoded at the first round's steps.
+constexpr int kCurveRounds = 2;
+/// How often a file is made whose size is then corrected, and how much room may stay unused.
+constexpr int kSizeRounds = 8;
+constexpr double kUnusedShare = 1.0 / 400;
 
 Error cancelled() { return {ErrorCode::kCancelled, "encoding was cancelled", 0}; }
 
@@ -63,38 +56,6 @@ Result<void> check(const SemiRegularMesh& mesh, const EncodeOptions& options) {
   return {};
 }
 
-Result<Prepared> prepare(const SemiRegularMesh& mesh, const EncodeOptions& options) {
-  auto input = Topology::build(mesh.base_triangles, mesh.base_vertex_count, mesh.level_count);
-  if (!input) return input.error();
-  if (mesh.positions.size() != input->vertex_count()) {
-    return Error{ErrorCode::kBadInput,
-                 "the mesh has " + std::to_string(mesh.positions.size()) +
-                     " positions, its topology " + std::to_string(input->vertex_count()) +
-                     " vertices",
-                 0};
-  }
-  auto connectivity = entropy::encode_connectivity(mesh.base_triangles, mesh.base_vertex_count);
-  if (!connectivity) return connectivity.error();
-  auto topology = Topology::build(connectivity->decoded.triangles,
-                                  connectivity->decoded.vertex_count, mesh.level_count);
-  if (!topology) return topology.error();
-  const auto order = canonical_order(*input, *topology, connectivity->vertex_order);
-  if (!order) return order.error();
-  std::vector<Vec3> positions(order->size());
-  parallel_for_each_index(order->size(),
-                          [&](std::size_t i) { positions[i] = mesh.positions[(*order)[i]]; });
-  auto pyramid = wavelet::analyze(*topology, positions, options.transform);
-  if (!pyramid) return pyramid.error();
-  return Prepared{std::move(*connectivity), std::move(*topology), std::move(positions),
-                  std::move(*pyramid)};
-}
-
-BandCoderOptions coder_options(const EncodeOptions& options) {
-  BandCoderOptions coder;
-  coder.theta_rad = options.theta_degrees * (M_PI / 180);
-  return coder;
-}
-
 std::size_t varint_bytes(std::uint64_t value) {
   std::size_t count = 1;
   for (; value >= 0x80; value >>= 7) ++count;
@@ -106,248 +67,245 @@ std::size_t section_bytes(std::size_t payload) {
   return payload + checksum_bytes(payload) + varint_bytes(payload);
 }
 
-Part base_part(const Prepared& prepared, int base_bits) {
-  Part part;
-  const auto& positions = prepared.pyramid.base_positions;
-  part.vertex_count = positions.size();
-  part.may_be_left_out = false;
-  part.coarsest_step = step_index_for_bits(positions, base_bits == 0 ? kMinBaseBits : base_bits);
-  part.finest_step =
-      base_bits == 0 ? step_index_for_bits(positions, kMaxBaseBits) : part.coarsest_step;
-  part.has_nothing_to_code = part.finest_step == part.coarsest_step;
-  part.measure = [&prepared](int step) {
-    const CodedBase base =
-        encode_base(prepared.pyramid.base_positions, prepared.connectivity.decoded, step);
-    std::size_t bytes = section_bytes(base.payload.size());
-    for (const std::int64_t corner : base.corner) bytes += varint_bytes(zigzag(corner));
-    return Measured{bytes, base.distortion};
-  };
-  return part;
+std::size_t base_bytes(const CodedBase& base) {
+  std::size_t bytes = section_bytes(base.payload.size());
+  for (const std::int64_t corner : base.corner) bytes += varint_bytes(zigzag(corner));
+  return bytes;
 }
 
-Part band_part(const Prepared& prepared, std::size_t band, const BandCoderOptions& coder) {
-  Part part;
-  const auto& details = prepared.pyramid.bands[band];
-  part.vertex_count = details.size();
-  double largest = 0;
-  for (const Vec3& d : details)
-    for (int k = 0; k < 3; ++k) largest = std::max(largest, std::abs(d[k]));
-  // A component survives the dead zone if it is larger than dead_zone steps. Details below the
-  // smallest normal length of the format's range (rounding noise of a flat mesh) are not coded.
-  part.has_nothing_to_code = !(largest > 0x1p-190);
-  if (!part.has_nothing_to_code) {
-    part.coarsest_step = nearest_step_index(largest / coder.dead_zone) - 1;
-    // 22 bits per component: beyond that the lattice's range ends.
-    part.finest_step = std::max(part.coarsest_step - 22 * kStepsPerOctave, -kMaxStepIndex);
-  }
-  part.measure = [&details, coder](int step) {
-    const CodedBand coded = encode_band(details, step, coder);
-    // One byte for the step, which differs little from the coarser band's.
-    const std::size_t bytes = coded.payload.empty() ? 0 : section_bytes(coded.payload.size()) + 1;
-    return Measured{bytes, coded.distortion};
-  };
-  return part;
+/// One byte for the step, which differs little from the coarser band's.
+std::size_t band_bytes(const CodedBand& band) {
+  return band.payload.empty() ? 0 : section_bytes(band.payload.size()) + 1;
 }
-
-/// The geometry at one choice of steps: what is written and what the decoder will see.
-struct Coded {
-  CodedBase base;
-  std::vector<CodedBand> bands;
-};
-
-Coded code_at(const Prepared& prepared, const Steps& steps, const BandCoderOptions& coder) {
-  Coded coded;
-  coded.bands.resize(prepared.pyramid.bands.size());
-  parallel_for_each_index(
-      steps.size(),
-      [&](std::size_t i) {
-        if (i == 0) {
-          coded.base =
-              encode_base(prepared.pyramid.base_positions, prepared.connectivity.decoded, steps[0]);
-        } else {
-          coded.bands[i - 1] = encode_band(prepared.pyramid.bands[i - 1], steps[i], coder);
-        }
-      },
-      1);
-  return coded;
-}
-
-std::vector<std::uint8_t> assemble(const SemiRegularMesh& mesh, const Prepared& prepared,
-                                   const EncodeOptions& options, const Steps& steps,
-                                   const Coded& coded) {
-  Header header;
-  header.transform = options.transform;
-  header.levels = mesh.level_count;
-  header.origin = mesh.origin;
-  const LevelTopology& base = prepared.topology.level(0);
-  header.base_vertices = base.vertex_count;
-  header.base_triangles = base.triangles.size();
-  header.boundary_edges = 2 * base.edges.size() - 3 * base.triangles.size();
-  header.grid_bits = coded.base.grid_bits;
-  header.grid_step_index = steps[0];
-  header.grid_corner = coded.base.corner;
-  std::vector<std::vector<std::uint8_t>> payloads;
-  for (std::size_t j = 0; j < coded.bands.size(); ++j) {
-    header.bands.push_back({0, steps[j + 1]});
-    payloads.push_back(coded.bands[j].payload);
-  }
-  return write_stream(header, prepared.connectivity.bytes, coded.base.payload, payloads);
-}
-
-/// Squared error on the finest mesh per squared error in each part, for the very errors that this
-/// choice of steps makes: each part alone is replaced by its decoded self and synthesised.
-Result<std::vector<double>> gains_of_errors(const Prepared& prepared, const EncodeOptions& options,
-                                            const Coded& coded, std::vector<double> gains) {
-  std::vector<Result<void>> outcome(gains.size());
-  parallel_for_each_index(
-      gains.size(),
-      [&](std::size_t i) {
-        const double distortion = i == 0 ? coded.base.distortion : coded.bands[i - 1].distortion;
-        if (!(distortion > 0)) return;
-        Pyramid pyramid = prepared.pyramid;
-        (i == 0 ? pyramid.base_positions : pyramid.bands[i - 1]) =
-            i == 0 ? coded.base.decoded : coded.bands[i - 1].decoded;
-        const std::size_t count =
-            i == 0 ? pyramid.base_positions.size() : pyramid.bands[i - 1].size();
-        const auto positions = wavelet::synthesize(prepared.topology, pyramid, options.transform);
-        if (!positions) {
-          outcome[i] = positions.error();
-          return;
-        }
-        const double energy = mean_squared_difference(*positions, prepared.positions) *
-                              static_cast<double>(positions->size());
-        gains[i] = energy / (distortion * static_cast<double>(count));
-      },
-      1);
-  for (const auto& o : outcome)
-    if (!o) return o.error();
-  return gains;
-}
-
-Result<std::vector<alloc::Band>> make_bands(
-    const Measurements& measurements, const std::vector<std::vector<alloc::Sample>>& samples) {
-  std::vector<alloc::Band> bands;
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const Part& part = measurements.parts()[i];
-    auto curve = alloc::RateDistortionCurve::fit(samples[i]);
-    if (!curve) return curve.error();
-    bands.push_back({part.vertex_count, part.gain, std::move(*curve)});
-  }
-  return bands;
-}
-
-/// Everything that is settled once the steps are.
-struct Outcome {
-  Steps steps;
-  Coded coded;
-  std::vector<std::uint8_t> bytes;
-  double lambda = 0;
-};
 
 class Encoder {
  public:
   Encoder(const SemiRegularMesh& mesh, const EncodeOptions& options, const RunContext& context,
-          const Prepared& prepared)
-      : mesh_(mesh),
-        options_(options),
-        context_(context),
-        prepared_(prepared),
-        coder_(coder_options(options)),
-        measurements_(make_parts()) {}
+          const Prepared& prepared);
 
   Result<Encoded> run();
 
  private:
-  std::vector<Part> make_parts() const;
-  Result<Outcome> solve();
-  /// The budget for the parts that makes the whole file as large as it may be.
-  Result<Outcome> solve_for_file_size();
-  Outcome build(const Steps& steps, double lambda) const;
+  /// A coding and the file it makes.
+  struct Outcome {
+    CodedGeometry coded;
+    std::vector<std::uint8_t> bytes;
+    double lambda = 0;
+    std::size_t measured_bytes = 0;  ///< of the parts, as the search believed
+  };
+
+  [[nodiscard]] Part base_part() const;
+  [[nodiscard]] Part band_part(std::size_t band) const;
+  [[nodiscard]] std::vector<Part> make_parts() const;
+  [[nodiscard]] Steps least_steps() const;
+  [[nodiscard]] std::vector<std::uint8_t> assemble(const CodedGeometry& coded) const;
+  Result<Outcome> make_outcome(const Steps& steps, double lambda);
+  /// Curves from samples in the present frames; then gains and frames from the coding they lead to.
+  Result<void> fit_curves(std::size_t budget);
+  Result<Outcome> solve(std::size_t budget);
+  /// The outcome of the right size, with the budget corrected until it has it.
+  Result<Outcome> solve_for_file_size(std::size_t budget);
+  void adopt_frames(CodedGeometry& coded);
+  [[nodiscard]] double predicted(const CodedGeometry& coded) const;
   [[nodiscard]] EncodeReport report(const Outcome& outcome) const;
-  [[nodiscard]] double predicted(const Steps& steps) const;
 
   const SemiRegularMesh& mesh_;
   const EncodeOptions& options_;
   const RunContext& context_;
   const Prepared& prepared_;
   BandCoderOptions coder_;
+  std::vector<std::vector<Vec3>> details_;  ///< what bands are measured on, in the latest frames
   Measurements measurements_;
   std::vector<std::vector<alloc::Sample>> samples_;
-  RateProblem problem_;
+  std::vector<alloc::Band> bands_;
 };
 
+Encoder::Encoder(const SemiRegularMesh& mesh, const EncodeOptions& options,
+                 const RunContext& context, const Prepared& prepared)
+    : mesh_(mesh),
+      options_(options),
+      context_(context),
+      prepared_(prepared),
+      details_(prepared.pyramid.bands),
+      measurements_({}) {
+  coder_.theta_rad = options.theta_degrees * (M_PI / 180);
+  measurements_ = Measurements(make_parts());
+}
+
+Part Encoder::base_part() const {
+  Part part;
+  const auto& positions = prepared_.pyramid.base_positions;
+  const int bits = options_.base_bits;
+  part.vertex_count = positions.size();
+  part.may_be_left_out = false;
+  part.coarsest_step = step_index_for_bits(positions, bits == 0 ? kMinBaseBits : bits);
+  part.finest_step = bits == 0 ? step_index_for_bits(positions, kMaxBaseBits) : part.coarsest_step;
+  part.has_nothing_to_code = part.finest_step == part.coarsest_step;
+  part.measure = [this](int step) {
+    const CodedBase base =
+        encode_base(prepared_.pyramid.base_positions, prepared_.connectivity.decoded, step);
+    return Measured{base_bytes(base), base.distortion};
+  };
+  return part;
+}
+
+Part Encoder::band_part(std::size_t band) const {
+  Part part;
+  part.vertex_count = details_[band].size();
+  double largest = 0;  // of the vectors, so that it bounds a component in any frame
+  for (const Vec3& d : details_[band]) largest = std::max(largest, norm(d));
+  // Rounding noise of a flat mesh is not worth a band, and may lie below the smallest step.
+  part.has_nothing_to_code = !(largest > 0x1p-190);
+  if (!part.has_nothing_to_code) {
+    part.coarsest_step = nearest_step_index(largest / coder_.dead_zone) - 1;
+    // 22 bits per component: beyond that the lattice's range ends.
+    part.finest_step = std::max(part.coarsest_step - 22 * kStepsPerOctave, -kMaxStepIndex);
+  }
+  part.measure = [this, band](int step) {
+    const CodedBand coded = encode_band(details_[band], step, coder_);
+    return Measured{band_bytes(coded), coded.distortion};
+  };
+  return part;
+}
+
 std::vector<Part> Encoder::make_parts() const {
-  std::vector<Part> parts;
-  parts.push_back(base_part(prepared_, options_.base_bits));
-  for (std::size_t j = 0; j < prepared_.pyramid.bands.size(); ++j)
-    parts.push_back(band_part(prepared_, j, coder_));
+  std::vector<Part> parts = {base_part()};
+  for (std::size_t j = 0; j < details_.size(); ++j) parts.push_back(band_part(j));
   const auto gains = wavelet::regular_gains(prepared_.topology.level_count(), options_.transform);
   for (std::size_t i = 0; i < parts.size(); ++i) parts[i].gain = gains.energy[i];
   return parts;
 }
 
-Outcome Encoder::build(const Steps& steps, double lambda) const {
-  Outcome outcome{steps, code_at(prepared_, steps, coder_), {}, lambda};
-  outcome.bytes = assemble(mesh_, prepared_, options_, steps, outcome.coded);
+Steps Encoder::least_steps() const {
+  Steps steps;
+  for (const Part& part : measurements_.parts())
+    steps.push_back(part.may_be_left_out ? kNotCoded : part.coarsest_step);
+  return steps;
+}
+
+std::vector<std::uint8_t> Encoder::assemble(const CodedGeometry& coded) const {
+  Header header;
+  header.transform = options_.transform;
+  header.levels = mesh_.level_count;
+  header.origin = mesh_.origin;
+  const LevelTopology& base = prepared_.topology.level(0);
+  header.base_vertices = base.vertex_count;
+  header.base_triangles = base.triangles.size();
+  header.boundary_edges = 2 * base.edges.size() - 3 * base.triangles.size();
+  header.grid_bits = coded.base.grid_bits;
+  header.grid_step_index = coded.steps[0];
+  header.grid_corner = coded.base.corner;
+  std::vector<std::vector<std::uint8_t>> payloads;
+  for (std::size_t j = 0; j < coded.bands.size(); ++j) {
+    header.bands.push_back({0, coded.steps[j + 1]});
+    payloads.push_back(coded.bands[j].payload);
+  }
+  return write_stream(header, prepared_.connectivity.bytes, coded.base.payload, payloads);
+}
+
+Result<Encoder::Outcome> Encoder::make_outcome(const Steps& steps, double lambda) {
+  auto coded = code_geometry(prepared_, steps, coder_);
+  if (!coded) return coded.error();
+  Outcome outcome{std::move(*coded), {}, lambda, measurements_.bytes(steps)};
+  outcome.bytes = assemble(outcome.coded);
   return outcome;
 }
 
-Result<Outcome> Encoder::solve_for_file_size() {
-  // The header's size depends on what it says, by a few bytes: correct the budget until the file
-  // fits. Every measurement is kept, so another round costs next to nothing.
-  constexpr int kMaxRounds = 6;
-  std::size_t budget = problem_.budget_bytes;
-  for (int round = 0; round < kMaxRounds; ++round) {
-    RateProblem problem = problem_;
-    problem.budget_bytes = budget;
-    auto solution = search_slope(measurements_, problem);
-    if (!solution) return solution.error();
-    fill_budget(measurements_, budget, solution->steps);
-    Outcome outcome = build(solution->steps, solution->lambda);
-    if (outcome.bytes.size() <= options_.target_bytes) return outcome;
-    const std::size_t excess = outcome.bytes.size() - options_.target_bytes;
-    if (excess >= budget) break;
-    budget -= excess;
-  }
-  return Error{ErrorCode::kGoalUnreachable, "the header leaves no room", 0};
+void Encoder::adopt_frames(CodedGeometry& coded) {
+  if (coded.frames.empty()) return;
+  details_ = std::move(coded.details);
+  measurements_.forget_bands();
 }
 
-Result<Outcome> Encoder::solve() {
-  samples_ = sample_parts(measurements_, problem_.budget_bytes, context_);
-  if (context_.cancelled()) return cancelled();
-  for (int round = 0;; ++round) {
-    auto bands = make_bands(measurements_, samples_);
-    if (!bands) return bands.error();
-    problem_.bands = std::move(*bands);
-    auto outcome = solve_for_file_size();
-    if (!outcome || round == kGainRounds) return outcome;
+Result<Encoder::Outcome> Encoder::solve(std::size_t budget) {
+  auto solution = search_slope(measurements_, {bands_, budget});
+  if (!solution) return solution.error();
+  fill_budget(measurements_, budget, solution->steps);
+  return make_outcome(solution->steps, solution->lambda);
+}
+
+Result<void> Encoder::fit_curves(std::size_t budget) {
+  for (int round = 0; round < kCurveRounds; ++round) {
+    samples_ = sample_parts(measurements_, budget, context_);
     if (context_.cancelled()) return cancelled();
+    bands_.clear();
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      const Part& part = measurements_.parts()[i];
+      auto curve = alloc::RateDistortionCurve::fit(samples_[i]);
+      if (!curve) return curve.error();
+      bands_.push_back({part.vertex_count, part.gain, std::move(*curve)});
+    }
+    auto outcome = solve(budget);
+    if (!outcome) return outcome.error();
     std::vector<double> gains;
     for (const Part& part : measurements_.parts()) gains.push_back(part.gain);
-    auto measured = gains_of_errors(prepared_, options_, outcome->coded, std::move(gains));
-    if (!measured) return measured.error();
-    measurements_.set_gains(*measured);
-    context_.report("allocating", static_cast<double>(round + 1) / (kGainRounds + 1));
+    gains = gains_of_errors(prepared_, outcome->coded, std::move(gains));
+    measurements_.set_gains(gains);
+    for (std::size_t i = 0; i < bands_.size(); ++i) bands_[i].gain = gains[i];
+    adopt_frames(outcome->coded);
+    context_.report("allocating", static_cast<double>(round + 1) / (kCurveRounds + 1));
   }
+  return {};
 }
 
-double Encoder::predicted(const Steps& steps) const {
+Result<Encoder::Outcome> Encoder::solve_for_file_size(std::size_t budget) {
+  // The real file differs a little from what was measured: the frames follow the steps of all
+  // coarser parts, and the header its contents. So each round starts from the last one's frames and
+  // moves the budget by what was missing or too much.
+  const std::size_t target = options_.target_bytes;
+  const auto unused = static_cast<std::size_t>(kUnusedShare * static_cast<double>(target));
+  std::optional<Outcome> best;
+  for (int round = 0; round < 3 * kSizeRounds && (round < kSizeRounds || !best); ++round) {
+    if (context_.cancelled()) return cancelled();
+    auto outcome = solve(budget);
+    if (!outcome) break;  // the budget was corrected below the least there is
+    const std::size_t size = outcome->bytes.size();
+    // Where even the finest steps leave room, more budget changes nothing.
+    const bool is_all = outcome->measured_bytes + budget / 50 < budget;
+    const bool fits = size <= target;
+    if (fits) {
+      budget += target - size;
+    } else {
+      // A second excess in a row is met with more than itself.
+      const std::size_t cut =
+          (size - target) * static_cast<std::size_t>(1 + round / kSizeRounds) + 1;
+      budget -= std::min(budget, cut);
+    }
+    const bool done = fits && (is_all || size + unused >= target);
+    if (!fits || (best && best->coded.error <= outcome->coded.error && !done)) {
+      adopt_frames(outcome->coded);
+      continue;
+    }
+    if (done) return outcome;
+    CodedGeometry latest = outcome->coded;
+    best = std::move(*outcome);
+    adopt_frames(latest);
+  }
+  if (best) return std::move(*best);
+  return make_outcome(least_steps(), 0);
+}
+
+double Encoder::predicted(const CodedGeometry& coded) const {
   double sum = 0, count = 0;
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    const Part& part = measurements_.parts()[i];
-    const auto vertices = static_cast<double>(part.vertex_count);
-    const double bits = 8.0 * static_cast<double>(measurements_.at(i, steps[i]).bytes) / vertices;
-    sum += vertices * part.gain * problem_.bands[i].curve.distortion(bits);
+  for (std::size_t i = 0; i < bands_.size(); ++i) {
+    const auto vertices = static_cast<double>(bands_[i].vertex_count);
+    // The base has no smooth curve where its coordinates are round numbers.
+    double distortion = coded.base.distortion;
+    if (i > 0) {
+      const double bits = 8.0 * static_cast<double>(band_bytes(coded.bands[i - 1])) / vertices;
+      distortion = bands_[i].curve.distortion(bits);
+    }
+    sum += vertices * bands_[i].gain * distortion;
     count += vertices;
   }
   return sum / count;
 }
 
 EncodeReport Encoder::report(const Outcome& outcome) const {
-  EncodeReport report;
   const auto sized = [](const std::vector<std::uint8_t>& payload) {
     return payload.size() + checksum_bytes(payload.size());
   };
+  EncodeReport report;
   report.bytes = outcome.bytes.size();
   report.bytes_base_connectivity = sized(prepared_.connectivity.bytes);
   report.bytes_base_positions = sized(outcome.coded.base.payload);
@@ -356,13 +314,13 @@ EncodeReport Encoder::report(const Outcome& outcome) const {
   report.base_bits = outcome.coded.base.grid_bits;
   report.levels = mesh_.level_count;
   report.lambda = outcome.lambda;
-  report.predicted_distortion = predicted(outcome.steps);
+  report.predicted_distortion = predicted(outcome.coded);
   for (std::size_t j = 0; j < outcome.coded.bands.size(); ++j) {
     const CodedBand& coded = outcome.coded.bands[j];
     BandReport band;
     band.vertices = coded.decoded.size();
-    band.gain = measurements_.parts()[j + 1].gain;
-    band.step = coded.payload.empty() ? 0 : step_size(outcome.steps[j + 1]);
+    band.gain = bands_[j + 1].gain;
+    band.step = coded.payload.empty() ? 0 : step_size(outcome.coded.steps[j + 1]);
     band.bits = 8.0 * static_cast<double>(sized(coded.payload));
     band.normal_only_fraction = coded.normal_only_fraction;
     band.distortion = coded.distortion;
@@ -374,22 +332,19 @@ EncodeReport Encoder::report(const Outcome& outcome) const {
 }
 
 Result<Encoded> Encoder::run() {
-  // The smallest possible file: no bands, the coarsest grid.
-  const Steps least = [&] {
-    Steps steps;
-    for (const Part& part : measurements_.parts())
-      steps.push_back(part.may_be_left_out ? kNotCoded : part.coarsest_step);
-    return steps;
-  }();
-  const std::size_t smallest = build(least, 0).bytes.size();
-  if (smallest > options_.target_bytes) {
+  const Steps least = least_steps();
+  const auto smallest = make_outcome(least, 0);
+  if (!smallest) return smallest.error();
+  const std::size_t size = smallest->bytes.size();
+  if (size > options_.target_bytes) {
     return Error{ErrorCode::kGoalUnreachable,
-                 "the base mesh alone takes " + std::to_string(smallest) + " bytes, " +
+                 "the base mesh alone takes " + std::to_string(size) + " bytes, " +
                      std::to_string(options_.target_bytes) + " were asked for",
-                 smallest};
+                 size};
   }
-  problem_.budget_bytes = options_.target_bytes - (smallest - measurements_.bytes(least));
-  auto outcome = solve();
+  const std::size_t budget = options_.target_bytes - (size - smallest->measured_bytes);
+  if (const auto ok = fit_curves(budget); !ok) return ok.error();
+  auto outcome = solve_for_file_size(budget);
   if (!outcome) return outcome.error();
   Encoded encoded;
   encoded.report = report(*outcome);
@@ -408,7 +363,7 @@ Result<Encoded> encode(const SemiRegularMesh& mesh, const EncodeOptions& options
                        const RunContext& context) {
   if (const auto ok = check(mesh, options); !ok) return ok.error();
   try {
-    const auto prepared = prepare(mesh, options);
+    const auto prepared = prepare(mesh, options.transform);
     if (!prepared) return prepared.error();
     if (context.cancelled()) return cancelled();
     return Encoder(mesh, options, context, *prepared).run();

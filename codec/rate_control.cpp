@@ -67,6 +67,10 @@ void Measurements::set_gains(const std::vector<double>& gains) {
   for (std::size_t i = 0; i < parts_.size(); ++i) parts_[i].gain = gains[i];
 }
 
+void Measurements::forget_bands() {
+  for (std::size_t i = 1; i < known_.size(); ++i) known_[i].clear();
+}
+
 void Measurements::require(const std::vector<std::pair<std::size_t, int>>& wanted) {
   std::vector<std::pair<std::size_t, int>> missing;
   for (const auto& key : wanted)

@@ -44,6 +44,8 @@ class Measurements {
 
   [[nodiscard]] const std::vector<Part>& parts() const { return parts_; }
   void set_gains(const std::vector<double>& gains);
+  /// Forgets what was measured of the detail bands, whose contents have changed.
+  void forget_bands();
   void require(const std::vector<std::pair<std::size_t, int>>& wanted);
   [[nodiscard]] const Measured& at(std::size_t part, int step) const {
     return known_[part].at(step);

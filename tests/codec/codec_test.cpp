@@ -82,7 +82,8 @@ TEST(Codec, SizeIsNeverAboveAndCloseBelow) {
     const Encoded encoded = encode_to(sphere_like(), target);
     EXPECT_EQ(encoded.bytes.size(), encoded.report.bytes);
     EXPECT_LE(encoded.bytes.size(), target);
-    const double unused = 1 - static_cast<double>(encoded.bytes.size()) / static_cast<double>(target);
+    const double unused =
+        1 - static_cast<double>(encoded.bytes.size()) / static_cast<double>(target);
     EXPECT_LE(unused, target < 2000 ? 0.03 : 0.01) << target;
   }
 }

@@ -69,8 +69,7 @@ TEST(HostileStream, EveryFlippedBitIsFound) {
   for (std::size_t bit = 0; bit < 8 * small_file().size(); ++bit) {
     Bytes damaged = small_file();
     damaged[bit / 8] ^= static_cast<std::uint8_t>(1u << (bit % 8));
-    const auto expected =
-        bit / 8 == 3 ? ErrorCode::kUnsupportedVersion : ErrorCode::kCorruptStream;
+    const auto expected = bit / 8 == 3 ? ErrorCode::kUnsupportedVersion : ErrorCode::kCorruptStream;
     ASSERT_EQ(code_of(damaged), expected) << "bit " << bit;
   }
 }
@@ -123,7 +122,9 @@ TEST(HostileStream, WellFormedNonsenseIsRefused) {
             ErrorCode::kCorruptStream);
   EXPECT_EQ(code([](Header& h) { h.origin[0] = std::nan(""); }), ErrorCode::kCorruptStream);
   EXPECT_EQ(code([](Header& h) { h.bands.resize(3); }), ErrorCode::kCorruptStream);
-  EXPECT_EQ(code([](Header& h) { h.bands.push_back({0, -kMaxStepIndex - 1}); }),
+  EXPECT_EQ(code([](Header& h) {
+              h.bands.push_back({0, -kMaxStepIndex - 1});
+            }),
             ErrorCode::kCorruptStream);
   // A small file that asks for a billion vertices.
   EXPECT_EQ(code([](Header& h) { h.levels = 15; }), ErrorCode::kLimitExceeded);

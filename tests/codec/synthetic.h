@@ -55,9 +55,9 @@ inline Scan irregular_base() {
 struct Shape {
   int levels = 5;
   std::uint64_t seed = 1;
-  double amplitude = 0.03;    ///< of the details of band 0
-  double decay = 0.3;         ///< of the amplitude from band to band
-  double tangential = 0.01;   ///< share of details that are full vectors
+  double amplitude = 0.03;   ///< of the details of band 0
+  double decay = 0.3;        ///< of the amplitude from band to band
+  double tangential = 0.01;  ///< share of details that are full vectors
 };
 
 /// What a remesher makes: a base subdivided by the butterfly with mostly normal details that are a
