@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "wavelet/frames.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "meshes.h"
+#include "wavelet/wavelet.h"
+
+namespace nacre::wavelet {
+namespace {
+
+using testing::random_points;
+using testing::topology_of;
+
+void expect_orthonormal(const Frame& f) {
+  EXPECT_NEAR(f.normal.norm(), 1, 1e-14);
+  EXPECT_NEAR(f.tangent1.norm(), 1, 1e-14);
+  EXPECT_NEAR(f.tangent2.norm(), 1, 1e-14);
+  EXPECT_NEAR(f.normal.dot(f.tangent1), 0, 1e-14);
+  EXPECT_LT((f.normal.cross(f.tangent1) - f.tangent2).norm(), 1e-14);
+}
+
+TEST(Frames, NormalIsTheAreaWeightedSumOverTheFinerTriangles) {
+  for (const auto& [name, scan] : testing::zoo()) {
+    if (name == "two-sided triangle" || name == "isolated vertices") continue;
+    const Topology topology = topology_of(scan, 2);
+    for (int j = 0; j < 2; ++j) {
+      const std::uint32_t kept = topology.level(j).vertex_count;
+      std::vector<Vec3> p = random_points(kept, 21);
+      const LevelPrediction prediction = predict(topology, j, p);
+      p.insert(p.end(), prediction.points.begin(), prediction.points.end());
+      std::vector<Vec3> sum(p.size(), Vec3::Zero());
+      for (const Triangle& t : topology.level(j + 1).triangles) {
+        const Vec3 area = (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]);
+        for (const std::uint32_t v : t) sum[v] += area;
+      }
+      for (std::size_t e = 0; e < prediction.frames.size(); ++e) {
+        const Frame& f = prediction.frames[e];
+        expect_orthonormal(f);
+        ASSERT_LT((f.normal - sum[kept + e].normalized()).norm(), 1e-9) << name << ", edge " << e;
+      }
+    }
+  }
+}
+
+TEST(Frames, TangentIsTheAxisLeastAlignedWithTheNormal) {
+  const Scan scan = shapes::sphere(3);
+  const LevelPrediction prediction = predict(topology_of(scan, 1), 0, scan.positions);
+  for (std::size_t e = 0; e < prediction.frames.size(); ++e) {
+    const Frame& f = prediction.frames[e];
+    EXPECT_GT(f.normal.dot(prediction.points[e].normalized()), 0.99) << "must face outward";
+    Eigen::Index axis = 0;
+    f.normal.cwiseAbs().minCoeff(&axis);
+    Vec3 expected = Vec3::Unit(axis) - f.normal[axis] * f.normal;
+    EXPECT_LT((f.tangent1 - expected.normalized()).norm(), 1e-14);
+  }
+}
+
+TEST(Frames, DegenerateGeometryFallsBack) {
+  const Scan scan = shapes::octahedron();
+  const Topology topology = topology_of(scan, 1);
+  // All in one point: no area anywhere.
+  const LevelPrediction point = predict(topology, 0, std::vector<Vec3>(6, Vec3(1, 2, 3)));
+  for (const Frame& f : point.frames) {
+    EXPECT_EQ(f.normal, Vec3(0, 0, 1));
+    expect_orthonormal(f);
+  }
+  // Areas whose squares overflow or vanish, and coordinates that are not numbers.
+  for (const double scale : {1e200, 1e-200, std::nan(""), HUGE_VAL}) {
+    std::vector<Vec3> p = scan.positions;
+    for (Vec3& x : p) x *= scale;
+    const LevelPrediction prediction = predict(topology, 0, p);
+    for (const Frame& f : prediction.frames) expect_orthonormal(f);
+  }
+}
+
+TEST(Frames, FallBackToTheCoarseFaces) {
+  // On the base of a two-sided triangle everything cancels: both sums vanish, and +z is left.
+  const Topology topology = *Topology::build(std::vector<Triangle>{{0, 1, 2}, {0, 2, 1}}, 3, 1);
+  const std::vector<Vec3> corners = {{0, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const LevelPrediction flat = predict(topology, 0, corners);
+  for (const Frame& f : flat.frames) EXPECT_EQ(f.normal, Vec3(0, 0, 1));
+
+  // With every other vertex in one point the finer triangles vanish but the coarse ones do not.
+  const LevelTopology level = topology_of(shapes::octahedron(), 1).level(0);
+  std::vector<Vec3> predicted(level.vertex_count + level.edges.size(), Vec3(1, 1, 1));
+  predicted[level.edges[0].vertex[0]] = predicted[level.edges[0].vertex[1]] = Vec3(1, 1, 1);
+  const std::uint32_t c = level.opposite_corner(level.edges[0].face[0], 0);
+  EXPECT_EQ(midpoint_normal(level, predicted, 0), Vec3(0, 0, 1));
+  predicted[level.edges[0].vertex[1]] = Vec3(1, 2, 1);
+  predicted[c] = Vec3(1, 1, 2);
+  EXPECT_EQ(midpoint_normal(level, predicted, 0), Vec3(1, 0, 0));
+}
+
+}  // namespace
+}  // namespace nacre::wavelet
