@@ -13,6 +13,8 @@ namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
+const Options kQuick{.samples = 50'000};
+
 Scan moved(Scan scan, const Vec3& by) {
   for (Vec3& p : scan.positions) p += by;
   return scan;
@@ -57,7 +59,7 @@ TEST(Compare, ParallelPlanesAreTheirDistanceApart) {
 TEST(Compare, SquareMovedInItsPlane) {
   const double t = 0.25;
   const Scan a = shapes::grid(1, 1);
-  const Comparison c = *compare(a, moved(a, {t, 0, 0}));
+  const Comparison c = *compare(a, moved(a, {t, 0, 0}), kQuick);
   for (const OneSided& side : {c.a_to_b, c.b_to_a}) {
     EXPECT_NEAR(side.mean, t * t / 2, 2e-5);
     EXPECT_NEAR(side.rms, std::sqrt(t * t * t / 3), 2e-4);
@@ -70,7 +72,7 @@ TEST(Compare, SquareMovedInItsPlane) {
 // along x stick out by up to t.
 TEST(Compare, CubeMovedAlongAnAxis) {
   const double t = 0.125;
-  const Comparison c = *compare(cube(), moved(cube(), {t, 0, 0}));
+  const Comparison c = *compare(cube(), moved(cube(), {t, 0, 0}), kQuick);
   const double inside_mean = t - 2 * t * t + 4 * t * t * t / 3;
   const double inside_square = t * t - 8 * t * t * t / 3 + 2 * t * t * t * t;
   const double rms = std::sqrt((t * t + inside_square + 4 * t * t * t / 3) / 6);
@@ -83,7 +85,7 @@ TEST(Compare, CubeMovedAlongAnAxis) {
 TEST(Compare, ConcentricSpheres) {
   const Scan a = shapes::sphere(5);
   const double r = 1.125, h = 1 - std::cos(M_PI / 4 / 32 * 1.6);  // facets' sagitta, from above
-  const Comparison c = *compare(a, scaled(a, r));
+  const Comparison c = *compare(a, scaled(a, r), kQuick);
   for (const OneSided& side : {c.a_to_b, c.b_to_a}) {
     EXPECT_LT(side.rms, r - 1 + h);
     EXPECT_GT(side.rms, r - 1 - r * h);
@@ -97,7 +99,7 @@ TEST(Compare, FindsASpikeAtItsVertex) {
   const Vec3 tip(10, 10, 3);
   spiked.positions[10 * 21 + 10] = tip;
   const Scan flat = shapes::grid(20, 20);
-  const Comparison c = *compare(spiked, flat);
+  const Comparison c = *compare(spiked, flat, kQuick);
   EXPECT_DOUBLE_EQ(c.a_to_b.maximum, 3.0);
   EXPECT_EQ(c.a_to_b.maximum_at, tip);
   EXPECT_LT(c.b_to_a.maximum, 1.0);  // seen from the plane the spike's sides are near
@@ -106,7 +108,7 @@ TEST(Compare, FindsASpikeAtItsVertex) {
 
 TEST(Compare, SwappingTheSurfacesSwapsTheSides) {
   const Scan a = shapes::torus(24, 16), b = shapes::torus(31, 12, 1.02, 0.38);
-  const Comparison ab = *compare(a, b), ba = *compare(b, a);
+  const Comparison ab = *compare(a, b, kQuick), ba = *compare(b, a, kQuick);
   expect_same_bits(ab.a_to_b, ba.b_to_a);
   expect_same_bits(ab.b_to_a, ba.a_to_b);
   EXPECT_GT(std::abs(ab.bbox_diagonal - ba.bbox_diagonal), 0);  // always of the reference
@@ -117,12 +119,12 @@ TEST(Compare, SameBitsAtAnyThreadCountAndWithAPreparedReference) {
   Comparison by_threads[2];
   for (std::size_t threads : {1u, 2u}) {
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
-    by_threads[threads - 1] = *compare(a, b);
+    by_threads[threads - 1] = *compare(a, b, kQuick);
   }
   expect_same_bits(by_threads[0].a_to_b, by_threads[1].a_to_b);
   expect_same_bits(by_threads[0].b_to_a, by_threads[1].b_to_a);
   EXPECT_EQ(by_threads[0].psnr_db, by_threads[1].psnr_db);
-  const Comparison prepared = *compare(a, *Surface::build(a), b);
+  const Comparison prepared = *compare(a, *Surface::build(a), b, kQuick);
   expect_same_bits(prepared.a_to_b, by_threads[0].a_to_b);
   expect_same_bits(prepared.b_to_a, by_threads[0].b_to_a);
 }
@@ -130,7 +132,7 @@ TEST(Compare, SameBitsAtAnyThreadCountAndWithAPreparedReference) {
 TEST(Compare, RmsHasConvergedAndSeedsAgree) {
   const Scan a = shapes::sphere(4), b = scaled(shapes::icosahedron(), 1.1);
   Options options;
-  options.samples = 2'000'000;
+  options.samples = 1'000'000;
   const Comparison fine = *compare(a, b, options);
   options.samples = 100'000;
   for (options.seed = 1; options.seed <= 3; ++options.seed) {
@@ -143,7 +145,7 @@ TEST(Compare, RmsHasConvergedAndSeedsAgree) {
 
 TEST(Compare, EqualSurfacesHaveInfinitePsnr) {
   const Scan a = moved(shapes::torus(50, 20, 30.0, 1.0), {1000, 0.1, 7});
-  const Comparison c = *compare(a, a);
+  const Comparison c = *compare(a, a, kQuick);
   EXPECT_EQ(c.a_to_b.rms, 0);
   EXPECT_EQ(c.b_to_a.maximum, 0);
   EXPECT_EQ(c.psnr_db, kInf);
@@ -153,8 +155,8 @@ TEST(Compare, TriangulationAndVertexOrderDoNotMatter) {
   const Scan a = shapes::grid(8, 8);
   Scan b = shapes::grid(2, 4);
   for (Vec3& p : b.positions) p = {4 * p[0], 2 * p[1], p[2]};
-  EXPECT_LT(compare(a, b)->a_to_b.maximum, 1e-14);
-  EXPECT_LT(compare(a, b)->b_to_a.maximum, 1e-14);
+  EXPECT_LT(compare(a, b, kQuick)->a_to_b.maximum, 1e-14);
+  EXPECT_LT(compare(a, b, kQuick)->b_to_a.maximum, 1e-14);
 }
 
 TEST(Compare, DegenerateFacesAndUnusedVerticesCountForNothing) {
@@ -166,9 +168,9 @@ TEST(Compare, DegenerateFacesAndUnusedVerticesCountForNothing) {
   dirty.triangles.insert(dirty.triangles.begin() + 7, {far, far, 0});
   dirty.triangles.push_back({3, 3, 3});
   const Scan b = scaled(a, 1.01);
-  const Comparison clean = *compare(a, b), c = *compare(dirty, b);
+  const Comparison clean = *compare(a, b, kQuick), c = *compare(dirty, b, kQuick);
   EXPECT_EQ(c.bbox_diagonal, clean.bbox_diagonal);
-  EXPECT_NEAR(c.a_to_b.rms, clean.a_to_b.rms, 1e-5);
+  EXPECT_NEAR(c.a_to_b.rms, clean.a_to_b.rms, 2e-5);
   EXPECT_NEAR(c.a_to_b.maximum, clean.a_to_b.maximum, 1e-5);
   EXPECT_NEAR(c.b_to_a.maximum, clean.b_to_a.maximum, 1e-5);
 }
@@ -180,7 +182,7 @@ TEST(Compare, OriginsMayDiffer) {
   b.origin = a.origin - Vec3(0.5, 0.25, -2);
   Scan a0 = a, b0 = scaled(shapes::sphere(4), 1.01);
   a0.origin = b0.origin = Vec3::Zero();
-  const Comparison far = *compare(a, b), near = *compare(a0, b0);
+  const Comparison far = *compare(a, b, kQuick), near = *compare(a0, b0, kQuick);
   EXPECT_NEAR(far.a_to_b.rms, near.a_to_b.rms, 1e-13);
   EXPECT_NEAR(far.b_to_a.rms, near.b_to_a.rms, 1e-7);  // samples of b follow its rounding
   EXPECT_LT(far.b_to_a.maximum_at.norm(), 1.02);       // relative to A's origin
@@ -193,7 +195,7 @@ TEST(Compare, PsnrIsThePapersFormula) {
   Scan low = shapes::grid(4, 4), high = shapes::grid(4, 4);
   for (std::size_t i = 0; i < high.positions.size(); ++i)
     high.positions[i][2] = 0.001 * static_cast<double>(i % 5);
-  const Comparison c = *compare(low, high);
+  const Comparison c = *compare(low, high, kQuick);
   EXPECT_EQ(c.psnr_db, 20 * std::log10(c.bbox_diagonal / std::max(c.a_to_b.rms, c.b_to_a.rms)));
 }
 
@@ -225,14 +227,14 @@ TEST(Compare, CanBeCancelledAndReportsProgress) {
   std::atomic<bool> cancel = true;
   RunContext context;
   context.cancel = &cancel;
-  EXPECT_EQ(compare(a, a, {}, context).error().code, ErrorCode::kCancelled);
+  EXPECT_EQ(compare(a, a, kQuick, context).error().code, ErrorCode::kCancelled);
   cancel = false;
   double last = -1;
   context.progress = [&](std::string_view, double share) {
     EXPECT_GT(share, last);
     last = share;
   };
-  EXPECT_TRUE(compare(a, a, {}, context).has_value());
+  EXPECT_TRUE(compare(a, a, kQuick, context).has_value());
   EXPECT_EQ(last, 1.0);
 }
 
