@@ -21,7 +21,9 @@ esac
 [ "$#" -le 1 ] || fail 2 "one argument at most: a file, or the word dragon"
 scan=${1-}
 if [ -n "$scan" ] && [ "$scan" != dragon ]; then
-  [ -f "$scan" ] && [ -r "$scan" ] || fail 3 "$scan: no such readable file; give a PLY, OBJ, OFF or STL"
+  if [ ! -f "$scan" ] || [ ! -r "$scan" ]; then
+    fail 3 "$scan: no such readable file; give a PLY, OBJ, OFF or STL"
+  fi
   scan=$(realpath -- "$scan")
 fi
 cd "$(dirname "$0")"
