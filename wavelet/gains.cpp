@@ -89,7 +89,7 @@ Patch autocorrelation(const Patch& h) {
 constexpr std::size_t kWantedSamples = 16384;  // ±1 values per band: about 2 % standard error
 constexpr std::size_t kMaxRounds = 16;         // three signals each
 
-/// [SplitMix64]: the same signs on every machine.
+/// [Steele2014] SplitMix64: the same signs on every machine.
 std::uint64_t next_random(std::uint64_t& state) {
   std::uint64_t z = (state += 0x9E3779B97F4A7C15u);
   z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
