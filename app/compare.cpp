@@ -142,10 +142,10 @@ Result<void> run_compare(const CompareCommand& command, Console& console) {
   if (!b) return b.error();
   rebase(*b, a->origin);
   for (const auto& [scan, file] : {std::pair(&*a, &command.a), std::pair(&*b, &command.b)}) {
-    if (scan->triangles.empty()) {
-      return Error{
-          ErrorCode::kGeometryRefused,
-          fmt::format("{}: has no faces, so there is no surface to measure", file->string())};
+    if (!has_area(*scan)) {
+      return Error{ErrorCode::kGeometryRefused,
+                   fmt::format("{}: no face has an area, so there is no surface to measure",
+                               file->string())};
     }
   }
   Result<metric::Comparison> comparison = measure(*a, *b, command.samples, command.a, console);

@@ -44,7 +44,15 @@ Result<codec::Encoded> code(const EncodeCommand& command, const remesh::Remesh& 
   options.target_bytes = target;
   options.theta_degrees = command.theta_degrees;
   Result<codec::Encoded> encoded = codec::encode(remesh.mesh, options, console.context());
-  if (!encoded) return in_file(encoded.error(), command.scan);
+  if (!encoded) {
+    Error error = in_file(encoded.error(), command.scan);
+    if (error.code == ErrorCode::kGoalUnreachable && command.bits_per_input_vertex) {
+      error.message +=
+          fmt::format(" ({} bits per input vertex make {}; ask for more, or use --size)",
+                      *command.bits_per_input_vertex, format_bytes(target));
+    }
+    return error;
+  }
   if (encoded->bytes.size() > target) {
     return Error{ErrorCode::kGoalUnreachable,
                  fmt::format("{}: coded to {} bytes, over the {} asked for", command.scan.string(),

@@ -128,6 +128,13 @@ Result<Scan> load_surface(const fs::path& file) {
   return triangles;
 }
 
+bool has_area(const Scan& scan) {
+  return std::ranges::any_of(scan.triangles, [&](const Triangle& t) {
+    const Vec3& p = scan.positions[t[0]];
+    return norm(cross(scan.positions[t[1]] - p, scan.positions[t[2]] - p)) > 0;
+  });
+}
+
 Box bounding_box(const Scan& scan) {
   Box box;
   bool first = true;

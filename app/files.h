@@ -51,6 +51,9 @@ namespace nacre::app {
 /// A scan, or what a .ncr file decodes to.
 [[nodiscard]] Result<Scan> load_surface(const std::filesystem::path& file);
 
+/// Whether any triangle has an area: without one there is no surface to code or to measure.
+[[nodiscard]] bool has_area(const Scan& scan);
+
 /// Diagonal of the bounding box of the vertices that lie on a face.
 [[nodiscard]] double bbox_diagonal(const Scan& scan);
 

@@ -90,6 +90,24 @@ const char* transform_name(wavelet::Transform transform) {
   return transform == wavelet::Transform::kLoop ? "loop" : "butterfly";
 }
 
+struct NamedSection {
+  std::string name;
+  std::size_t offset = 0, bytes = 0;
+  double step = 0;
+};
+
+/// The sections with the bands numbered: band j is what level j + 1 adds.
+std::vector<NamedSection> numbered_sections(const codec::StreamInfo& info) {
+  std::vector<NamedSection> sections;
+  int band = 0;
+  for (const codec::StreamInfo::Section& s : info.sections) {
+    const std::string name =
+        s.name == "band" ? fmt::format("band {}", band++) : std::string(s.name);
+    sections.push_back({name, s.offset, s.bytes, s.step});
+  }
+  return sections;
+}
+
 Json stream_json(const std::filesystem::path& file, const codec::StreamInfo& info) {
   Json json = {{"file", file.string()},
                {"kind", "ncr"},
@@ -109,9 +127,8 @@ Json stream_json(const std::filesystem::path& file, const codec::StreamInfo& inf
                               {"triangles", level.triangles},
                               {"present", level.bytes <= info.bytes_present}});
   }
-  for (const auto& section : info.sections) {
-    Json entry = {
-        {"name", std::string(section.name)}, {"offset", section.offset}, {"bytes", section.bytes}};
+  for (const auto& section : numbered_sections(info)) {
+    Json entry = {{"name", section.name}, {"offset", section.offset}, {"bytes", section.bytes}};
     if (section.step > 0) entry["step"] = section.step;
     json["sections"].push_back(std::move(entry));
   }
@@ -138,7 +155,7 @@ std::string stream_text(const std::filesystem::path& file, const codec::StreamIn
   }
   text += fmt::format("{:<20} {:>10} {:>10} {:>7} {:>12}\n", "section", "offset", "bytes", "share",
                       "step");
-  for (const auto& section : info.sections) {
+  for (const auto& section : numbered_sections(info)) {
     const double share = info.bytes_whole > 0 ? 100.0 * static_cast<double>(section.bytes) /
                                                     static_cast<double>(info.bytes_whole)
                                               : 0.0;

@@ -58,6 +58,11 @@ Result<Prepared> read_and_remesh(const std::filesystem::path& file, const Remesh
   console.context().report("read", 0);
   Result<io::ReadResult> read = io::read_scan(file);
   if (!read) return in_file(read.error(), file);
+  if (!has_area(read->scan)) {
+    return Error{
+        ErrorCode::kGeometryRefused,
+        fmt::format("{}: no face has an area, so there is no surface to code", file.string())};
+  }
   Prepared prepared;
   prepared.input = input_facts(file, *read);
   prepared.input.bbox_diagonal = bbox_diagonal(read->scan);

@@ -81,6 +81,7 @@ TEST_F(Commands, EncodeReportsWhatCompareMeasures) {
   EXPECT_EQ(info["bytes"], bytes);
   EXPECT_EQ(info["bytes_whole"], bytes);
   EXPECT_EQ(info["levels"].size(), report["bands"].size() + 1);
+  EXPECT_EQ(info["sections"].back()["name"], "band " + std::to_string(report["bands"].size() - 1));
   EXPECT_NE(good({"info", path("ball.ncr")}).out.find("butterfly"), std::string::npos);
 }
 

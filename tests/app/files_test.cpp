@@ -98,6 +98,14 @@ TEST(ToTriangles, RefusesTooFewPositions) {
   EXPECT_FALSE(to_triangles(mesh).has_value());
 }
 
+TEST(HasArea, NeedsOneGoodFace) {
+  Scan scan{{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {1, 1, 3}}, Vec3::Zero()};
+  EXPECT_FALSE(has_area(scan));
+  EXPECT_FALSE(has_area({}));
+  scan.triangles.push_back({0, 1, 3});
+  EXPECT_TRUE(has_area(scan));
+}
+
 TEST(BoundingBox, LeavesOutVerticesWithoutAFace) {
   Scan scan = shapes::octahedron();
   scan.positions.emplace_back(100, 100, 100);
