@@ -53,7 +53,7 @@ inline Scan irregular_base() {
 }
 
 struct Shape {
-  int levels = 5;
+  int levels = 4;
   std::uint64_t seed = 1;
   double amplitude = 0.03;   ///< of the details of band 0
   double decay = 0.3;        ///< of the amplitude from band to band

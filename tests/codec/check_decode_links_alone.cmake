@@ -1,0 +1,15 @@
+# cmake -DBINARY=FILE -P ...: fails if FILE needs, or holds, anything of the encoder's libraries.
+set(FORBIDDEN "CGAL|tbb|gmp|mpfr|OpenSubdiv|osdCPU|OpenMesh|boost")
+foreach(command "ldd;${BINARY}" "nm;--demangle;${BINARY}")
+  execute_process(COMMAND ${command} OUTPUT_VARIABLE listing RESULT_VARIABLE failed)
+  if(failed)
+    message(FATAL_ERROR "${command} failed")
+  endif()
+  # The path of the build itself may hold any word.
+  string(REPLACE "${BINARY}" "" listing "${listing}")
+  string(REGEX MATCHALL "[^\n]*(${FORBIDDEN})[^\n]*" found "${listing}")
+  if(found)
+    message(FATAL_ERROR "decoding needs an encoder library: ${found}")
+  endif()
+endforeach()
+message(STATUS "nacre_decode links alone")
