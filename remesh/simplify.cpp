@@ -76,9 +76,10 @@ class Simplifier {
 
   Result<Parameterisation> run(const RunContext& context) {
     const auto target = static_cast<std::size_t>(std::max(options_.base_vertices, 1));
+    const double most_error = options_.base_vertices > 0 ? kInfinity : error_limit();
     const std::size_t start = alive_;
     if (alive_ > target) fill_queue();
-    while (alive_ > target && !queue_.empty()) {
+    while (alive_ > target && total_error_ < most_error && !queue_.empty()) {
       const Entry top = queue_.top();
       queue_.pop();
       if (top.stamp != stamp_[top.vertex]) continue;
@@ -147,6 +148,20 @@ class Simplifier {
       quadric_[a] += wall;
       quadric_[b] += wall;
     }
+  }
+
+  /// Σ area × squared distance at which the mean over the scan reaches rms_error.
+  [[nodiscard]] double error_limit() const {
+    Vec3 low = at(0), high = at(0);
+    double area = 0;
+    for (const Vec3& p : scan_.positions) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+    for (const Triangle& t : scan_.triangles)
+      area += (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0])).norm() / 2;
+    const double distance = options_.rms_error * (high - low).norm();
+    return area * distance * distance;
   }
 
   void fill_queue() {
@@ -282,7 +297,9 @@ class Simplifier {
     for (const std::size_t m : kept_)
       faces_[star.faces[m]][corner_of(faces_[star.faces[m]], v)] = j;
     relink(star, s);
+    total_error_ -= quadric_[j].at(at(j));
     quadric_[j] += quadric_[v];
+    total_error_ += quadric_[j].at(at(j));
     dead_vertex_[v] = 1;
     --alive_;
     for (const std::uint32_t w : star.ring) {
@@ -480,6 +497,7 @@ class Simplifier {
   std::vector<Vec3> face_normal_;  // scan area vector that each current face stands for
   std::priority_queue<Entry> queue_;
   std::size_t alive_ = 0;
+  double total_error_ = 0;  // Σ over vertices of their quadric at their place
 
   // Scratch space, kept to avoid allocations in the inner loop.
   mutable FlatStar scratch_;

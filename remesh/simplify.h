@@ -9,8 +9,11 @@
 namespace nacre::remesh {
 
 struct SimplifyOptions {
-  int base_vertices = 200;      ///< stop at this many (topology may keep more)
-  double shape_weight = 1.0;    ///< weight of large and long triangles against the quadric error
+  /// Stop at this many vertices (topology may keep more). 0: where the root mean square distance of
+  /// the scan's planes, as the quadrics know it, passes `rms_error`.
+  int base_vertices = 0;
+  double rms_error = 0.005;       ///< share of the bounding box diagonal
+  double shape_weight = 0.3;    ///< weight of large and long triangles against the quadric error
   double normal_agreement = 0.4;  ///< least cosine between a face and the scan normals it stands for
 };
 
