@@ -17,8 +17,9 @@ class BoundaryCurves {
     double parameter = 0.5;
     SurfacePoint point;
   };
-  /// The point of the curve of `side` of base triangle `face` that lies in the plane through `through`
-  /// across `direction`, between the two parameters; the middle one if no such point is well inside.
+  /// The point of the curve of `side` of base triangle `face` that lies in the plane through
+  /// `through` across `direction`, between the two parameters; the middle one if no such point is
+  /// well inside.
   [[nodiscard]] Hit pierce(std::uint32_t face, std::uint32_t side, double from, double to,
                            const Vec3& through, const Vec3& direction) const;
 

@@ -117,7 +117,8 @@ std::optional<Vec2> Atlas::Chart::map(const DomainPoint& p) const {
   if (kind_ == Kind::kTriangle) return std::nullopt;
   const BaseMesh& base = atlas_->base_;
   if (base.neighbors[id_][side_] != p.face) return std::nullopt;
-  const std::uint32_t start = corner_of(base.triangles[p.face], base.triangles[id_][(side_ + 1) % 3]);
+  const std::uint32_t start =
+      corner_of(base.triangles[p.face], base.triangles[id_][(side_ + 1) % 3]);
   return place(kUnit[(side_ + 1) % 3], kUnit[side_], mirrored_corner(side_), start);
 }
 
@@ -142,7 +143,8 @@ DomainPoint Atlas::Chart::unmap(const Vec2& place) const {
   if (kind_ == Kind::kTriangle || w[(side_ + 2) % 3] >= 0) return clamped(id_, w);
   const BaseMesh& base = atlas_->base_;
   const std::uint32_t other = base.neighbors[id_][side_];
-  const std::uint32_t start = corner_of(base.triangles[other], base.triangles[id_][(side_ + 1) % 3]);
+  const std::uint32_t start =
+      corner_of(base.triangles[other], base.triangles[id_][(side_ + 1) % 3]);
   const auto u = weights_in(kUnit[(side_ + 1) % 3], kUnit[side_], mirrored_corner(side_), place);
   std::array<double, 3> rotated{};
   for (std::uint32_t k = 0; k < 3; ++k) rotated[(start + k) % 3] = u[k];

@@ -47,7 +47,8 @@ class Atlas {
     std::uint32_t face, corner;
   };
   [[nodiscard]] std::span<const StarFace> star(std::uint32_t vertex) const {
-    return {star_faces_.data() + star_start_[vertex], star_start_[vertex + 1] - star_start_[vertex]};
+    return {star_faces_.data() + star_start_[vertex],
+            star_start_[vertex + 1] - star_start_[vertex]};
   }
   /// Corner directions of the polygon: entry m of vertex v at star_start_[v] + v + m.
   [[nodiscard]] const Vec2* polygon(std::uint32_t vertex) const {

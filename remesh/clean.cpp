@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Read me first: the soup becomes a manifold by deciding, for every side of every face, which single
-// other face it joins (or none). All later topology follows from these joins alone: a vertex whose
-// faces fall into several fans of joined faces becomes several vertices. So no case of non-manifold
-// input needs a rule of its own.
+// Read me first: the soup becomes a manifold by deciding, for every side of every face, which
+// single other face it joins (or none). All later topology follows from these joins alone: a vertex
+// whose faces fall into several fans of joined faces becomes several vertices. So no case of
+// non-manifold input needs a rule of its own.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -245,9 +245,9 @@ class Cleaner {
     for (const std::uint32_t f : piece) {
       for (std::uint32_t k = 0; k < 3; ++k) closed &= partner_[3 * f + k] != kNone;
       const Triangle& t = triangles_[f];
-      const double v = (scan_.positions[t[0]] - reference)
-                           .dot((scan_.positions[t[1]] - reference)
-                                    .cross(scan_.positions[t[2]] - reference));
+      const double v =
+          (scan_.positions[t[0]] - reference)
+              .dot((scan_.positions[t[1]] - reference).cross(scan_.positions[t[2]] - reference));
       volume += turned[f] ? -v : v;
       turned_count += turned[f] != 0;
     }
@@ -392,9 +392,9 @@ class Cleaner {
   }
 
   const Scan& scan_;
-  std::vector<Triangle> triangles_;  // by welded vertex
-  std::vector<Triangle> corners_;    // by split vertex
-  std::vector<std::uint32_t> source_;  // input face of each
+  std::vector<Triangle> triangles_;     // by welded vertex
+  std::vector<Triangle> corners_;       // by split vertex
+  std::vector<std::uint32_t> source_;   // input face of each
   std::vector<std::uint32_t> partner_;  // per side 3f + k: the side it joins
   std::vector<std::uint32_t> piece_, corner_vertex_, position_of_;
   std::uint32_t piece_count_ = 0;

@@ -47,7 +47,8 @@ class Piercer {
     BandReport band;
     const std::uint32_t first = topology_.level(level).vertex_count;
     band.vertices = fine.vertex_count - first;
-    for (std::uint32_t v = first; v < fine.vertex_count; ++v) band.normal_only += kind_[v] == kNormal;
+    for (std::uint32_t v = first; v < fine.vertex_count; ++v)
+      band.normal_only += kind_[v] == kNormal;
     for (const Triangle& t : fine.triangles) band.folded_triangles += is_folded(t);
     return band;
   }
@@ -115,7 +116,9 @@ class Piercer {
   void place(int level, std::size_t e, std::size_t vertex, const LevelPrediction& prediction) {
     const Edge& edge = topology_.level(level).edges[e];
     const std::uint32_t base_face = edge.face[0] >> (2 * level);
-    if (edge.is_boundary() && place_on_boundary(edge, base_face, vertex, prediction.points[e])) return;
+    if (edge.is_boundary() && place_on_boundary(edge, base_face, vertex, prediction.points[e],
+                                                prediction.frames[e].tangent2))
+      return;
 
     const Vec3& predicted = prediction.points[e];
     const Vec3& normal = prediction.frames[e].normal;
@@ -181,7 +184,8 @@ class Piercer {
     if (fewest == 0) return false;
     const Place kept{surface_[vertex], positions_[vertex], static_cast<Kind>(kind_[vertex])};
     Place best = kept;
-    for (const Place& place : other_places(level, edge, prediction.points[e], prediction.frames[e].normal)) {
+    for (const Place& place :
+         other_places(level, edge, prediction.points[e], prediction.frames[e].normal)) {
       surface_[vertex] = place.point;
       positions_[vertex] = place.at;
       const int folds = folds_around(fine, edge, vertex);
@@ -227,7 +231,7 @@ class Piercer {
 
   /// False if the edge's ends are not both on the curve of one base boundary edge.
   bool place_on_boundary(const Edge& edge, std::uint32_t base_face, std::size_t vertex,
-                         const Vec3& predicted) {
+                         const Vec3& predicted, const Vec3& along) {
     const DomainPoint a = seen_from(edge.vertex[0], base_face);
     const DomainPoint b = seen_from(edge.vertex[1], base_face);
     if (a.face != base_face || b.face != base_face) return false;
@@ -235,10 +239,8 @@ class Piercer {
       const std::uint32_t apex = (side + 2) % 3, next = (side + 1) % 3;
       if (base_.neighbors[base_face][side] != kNone || a.weight[apex] != 0 || b.weight[apex] != 0)
         continue;
-      const Vec3 direction =
-          (positions_[edge.vertex[1]] - positions_[edge.vertex[0]]).stableNormalized();
-      const auto hit = curves_.pierce(base_face, side, a.weight[next], b.weight[next], predicted,
-                                      direction);
+      const auto hit =
+          curves_.pierce(base_face, side, a.weight[next], b.weight[next], predicted, along);
       surface_[vertex] = hit.point;
       positions_[vertex] = position_of(hit.point, scan_.triangles, scan_.positions);
       domain_[vertex] = {base_face, {}};

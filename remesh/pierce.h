@@ -19,7 +19,8 @@ class LineTree {
     SurfacePoint point;
   };
   /// All hits of origin + t direction with |t| <= reach, nearest first.
-  [[nodiscard]] std::vector<Hit> hits(const Vec3& origin, const Vec3& direction, double reach) const;
+  [[nodiscard]] std::vector<Hit> hits(const Vec3& origin, const Vec3& direction,
+                                      double reach) const;
   /// The nearest point of the scan.
   [[nodiscard]] SurfacePoint nearest(const Vec3& query) const;
 
@@ -33,8 +34,8 @@ struct PierceOptions {
   /// A hit counts if it lies within this many edge lengths of the expected point: on level 1, where
   /// the expected point is the less certain of the two, and on all others.
   double first_aperture = 2.0, aperture = 1.0;
-  double reach = 0.75;          ///< and within this many edge lengths of the prediction
-  double least_facing = 0.2;    ///< and its normal agrees with the line by this cosine
+  double reach = 0.75;        ///< and within this many edge lengths of the prediction
+  double least_facing = 0.2;  ///< and its normal agrees with the line by this cosine
 };
 
 struct Pierced {
@@ -48,8 +49,9 @@ struct Pierced {
 /// point, along the predicted normal, meets the scan near the expected point.
 ///
 /// Source   [GuskovEtAl2000] section 4; REMESHING in README.md.
-[[nodiscard]] Result<Pierced> pierce(const SurfaceMap& map, const Parameterisation& parameterisation,
-                                     const LineTree& tree, const LevelPredictor& predict,
-                                     const PierceOptions& options, const RunContext& context = {});
+[[nodiscard]] Result<Pierced> pierce(const SurfaceMap& map,
+                                     const Parameterisation& parameterisation, const LineTree& tree,
+                                     const LevelPredictor& predict, const PierceOptions& options,
+                                     const RunContext& context = {});
 
 }  // namespace nacre::remesh

@@ -45,9 +45,9 @@ Graph mean_value_graph(const Scan& scan, std::span<const Triangle> neighbors) {
         return scan.positions[star.ring_at(i)] - scan.positions[v];
       };
       const double length = std::max(edge.norm(), 1e-300);
-      const double sum = star.boundary ? 1.0
-                                       : half_tangent(edge, to(m + 1)) +
-                                             half_tangent(edge, to((m + k - 1) % k));
+      const double sum =
+          star.boundary ? 1.0
+                        : half_tangent(edge, to(m + 1)) + half_tangent(edge, to((m + k - 1) % k));
       graph.neighbor.push_back(star.ring[m]);
       graph.weight.push_back(std::clamp(sum, 1e-3, 1e3) / length);
     }
@@ -67,7 +67,8 @@ std::vector<std::vector<std::uint32_t>> color(const Graph& graph) {
     taken.assign(classes.size() + 1, 0);
     for (std::uint32_t i = graph.start[v]; i < graph.start[v + 1]; ++i)
       if (mine[graph.neighbor[i]] < taken.size()) taken[mine[graph.neighbor[i]]] = 1;
-    const auto c = static_cast<std::size_t>(std::find(taken.begin(), taken.end(), 0) - taken.begin());
+    const auto c =
+        static_cast<std::size_t>(std::find(taken.begin(), taken.end(), 0) - taken.begin());
     if (c == classes.size()) classes.emplace_back();
     mine[v] = static_cast<std::uint8_t>(std::min<std::size_t>(c, 254));
     classes[c].push_back(v);
@@ -81,7 +82,8 @@ class Relaxer {
       : scan_(scan),
         point_(p.point),
         atlas_(p.base),
-        neighbors_(side_neighbors(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()))),
+        neighbors_(
+            side_neighbors(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()))),
         graph_(mean_value_graph(scan, neighbors_)),
         base_weight_(graph_.weight),
         classes_(color(graph_)) {}
@@ -102,8 +104,7 @@ class Relaxer {
       if (!chart) continue;
       const Vec2 a = *chart->map(point_[t[0]]), b = *chart->map(point_[t[1]]),
                  c = *chart->map(point_[t[2]]);
-      const double flat =
-          std::abs((b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0]) / 2;
+      const double flat = std::abs((b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0]) / 2;
       const double area = (scan_.positions[t[1]] - scan_.positions[t[0]])
                               .cross(scan_.positions[t[2]] - scan_.positions[t[0]])
                               .norm() /

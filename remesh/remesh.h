@@ -19,7 +19,7 @@ enum class RepairPolicy : std::uint8_t {
 
 /// One kind of change that cleaning made, with how often and where first.
 struct CleanAction {
-  std::string kind;                     ///< e.g. "welded vertices", "split non-manifold edges"
+  std::string kind;  ///< e.g. "welded vertices", "split non-manifold edges"
   std::size_t count = 0;
   std::vector<std::size_t> first_ids;  ///< up to 8 ids of the input's vertices or faces
 };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Read me first: vertices wait in a queue with the cost of their best collapse. A collapse makes the
-// costs around it stale; a stale vertex is re-evaluated only when it reaches the front, which is
-// where nearly all the time would go otherwise.
+// Read me first: vertices wait in a queue with the cost of their best collapse. A collapse makes
+// the costs around it stale; a stale vertex is re-evaluated only when it reaches the front, which
+// is where nearly all the time would go otherwise.
 #include "remesh/simplify.h"
 
 #include <algorithm>
@@ -69,8 +69,10 @@ class Simplifier {
       : scan_(scan),
         options_(options),
         faces_(scan.triangles),
-        neighbors_(side_neighbors(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()))),
-        face_of_(face_of_vertex(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()))) {
+        neighbors_(
+            side_neighbors(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()))),
+        face_of_(
+            face_of_vertex(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()))) {
     prepare();
   }
 
@@ -90,8 +92,8 @@ class Simplifier {
       if (!collapse(top.vertex, top.target)) blocked_[top.vertex] = 1;
       if ((alive_ & 0x3FF) == 0) {
         if (context.cancelled()) return Error{ErrorCode::kCancelled, "interrupted", 0};
-        context.report("base mesh", static_cast<double>(start - alive_) /
-                                        static_cast<double>(start - target));
+        context.report("base mesh",
+                       static_cast<double>(start - alive_) / static_cast<double>(start - target));
       }
     }
     return finish();
@@ -259,7 +261,8 @@ class Simplifier {
       const double area = twice.norm() / 2;
       const double side = std::max({e1.squaredNorm(), e2.squaredNorm(), (e2 - e1).squaredNorm()});
       shape += side * side;
-      if (scan_area > 0 && twice.dot(scan_normal) < options_.normal_agreement * 2 * area * scan_area)
+      if (scan_area > 0 &&
+          twice.dot(scan_normal) < options_.normal_agreement * 2 * area * scan_area)
         cost += side * side;  // leans away from the scan under it: allowed, but dear
     });
     if (!valid) return kInfinity;
@@ -286,8 +289,8 @@ class Simplifier {
   bool collapse(std::uint32_t v, std::uint32_t j) {
     flatten(v, scratch_);
     const Star star = scratch_.star;
-    const auto s = static_cast<std::size_t>(
-        std::find(star.ring.begin(), star.ring.end(), j) - star.ring.begin());
+    const auto s = static_cast<std::size_t>(std::find(star.ring.begin(), star.ring.end(), j) -
+                                            star.ring.begin());
     // The target's own star may have changed since the collapse was chosen.
     if (s == star.ring.size() || !links_agree(v, s, star)) return false;
     kept_.clear();
@@ -452,7 +455,8 @@ class Simplifier {
 
   Parameterisation finish() {
     Parameterisation out;
-    std::vector<std::uint32_t> new_vertex(dead_vertex_.size(), kNone), new_face(faces_.size(), kNone);
+    std::vector<std::uint32_t> new_vertex(dead_vertex_.size(), kNone),
+        new_face(faces_.size(), kNone);
     for (std::uint32_t v = 0; v < dead_vertex_.size(); ++v) {
       if (dead_vertex_[v]) continue;
       new_vertex[v] = static_cast<std::uint32_t>(out.base.scan_vertex.size());

@@ -12,17 +12,18 @@ struct SimplifyOptions {
   /// Stop at this many vertices (topology may keep more). 0: where the root mean square distance of
   /// the scan's planes, as the quadrics know it, passes `rms_error`.
   int base_vertices = 0;
-  double rms_error = 0.005;       ///< share of the bounding box diagonal
-  double shape_weight = 0.3;    ///< weight of large and long triangles against the quadric error
-  double normal_agreement = 0.4;  ///< least cosine between a face and the scan normals it stands for
+  double rms_error = 0.005;   ///< share of the bounding box diagonal
+  double shape_weight = 0.3;  ///< weight of large and long triangles against the quadric error
+  double normal_agreement =
+      0.4;  ///< least cosine between a face and the scan normals it stands for
 };
 
 /// Collapses half-edges of a clean scan, cheapest first, and keeps the map: with each collapse the
 /// star is flattened before and after, and every scan vertex in it moves to the new triangles.
 ///
 /// Ensures  (1) the base keeps pieces, genus and boundary loops; (2) every scan vertex has a point;
-///          scan boundary vertices lie on base boundary edges; (3) the map of each flattened star is
-///          one-to-one, so their composition is.
+///          scan boundary vertices lie on base boundary edges; (3) the map of each flattened star
+///          is one-to-one, so their composition is.
 /// Source   [GarlandHeckbert1997] quadrics; [LeeEtAl1998] the map; README.md for the cost.
 [[nodiscard]] Result<Parameterisation> simplify(const Scan& scan, const SimplifyOptions& options,
                                                 const RunContext& context = {});

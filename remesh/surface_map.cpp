@@ -37,7 +37,8 @@ SurfaceMap::SurfaceMap(const Scan& scan, const Parameterisation& parameterisatio
           face_of_vertex(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()))) {
   vertex_start_.assign(map_.base.triangles.size() + 1, 0);
   for (const DomainPoint& p : map_.point) ++vertex_start_[p.face + 1];
-  for (std::size_t f = 0; f + 1 < vertex_start_.size(); ++f) vertex_start_[f + 1] += vertex_start_[f];
+  for (std::size_t f = 0; f + 1 < vertex_start_.size(); ++f)
+    vertex_start_[f + 1] += vertex_start_[f];
   vertices_.resize(map_.point.size());
   std::vector<std::uint32_t> fill(vertex_start_.begin(), vertex_start_.end() - 1);
   for (std::uint32_t v = 0; v < map_.point.size(); ++v) vertices_[fill[map_.point[v].face]++] = v;

@@ -9,7 +9,8 @@
 
 namespace nacre::remesh {
 
-/// Both directions of a parameterisation: scan surface ↔ base domain. Safe to share between threads.
+/// Both directions of a parameterisation: scan surface ↔ base domain. Safe to share between
+/// threads.
 class SurfaceMap {
  public:
   SurfaceMap(const Scan& scan, const Parameterisation& parameterisation);

@@ -57,7 +57,8 @@ Result<Pyramid> analyze(const Topology& topology, std::span<const Vec3> position
     const std::vector<Vec3> predicted = refiner.predict(j, rebuilt);
     std::vector<Vec3>& band = pyramid.bands.emplace_back(level.edges.size());
     for (std::uint32_t e = 0; e < band.size(); ++e) {
-      const Frame frame = frame_of(midpoint_normal(level, predicted, e));
+      const Frame frame =
+          frame_of(midpoint_normal(level, predicted, e), edge_vector(level, predicted, e));
       const Vec3 offset = target[level.vertex_count + e] - predicted[level.vertex_count + e];
       band[e] = {dot(frame.normal, offset), dot(frame.tangent1, offset),
                  dot(frame.tangent2, offset)};

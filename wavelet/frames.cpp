@@ -9,6 +9,8 @@ namespace {
 // Squares of lengths in this range have full relative precision; NaN is in no range.
 constexpr double kLeastSquare = 0x1p-900;
 constexpr double kMostSquare = 0x1p900;
+// An edge this steep on its tangent plane (squared) gives no direction worth having.
+constexpr double kLeastTangent = 0x1p-40;
 
 bool usable(double square) { return square >= kLeastSquare && square <= kMostSquare; }
 
@@ -60,13 +62,19 @@ Vec3 midpoint_normal(const LevelTopology& level, std::span<const Vec3> p, std::u
   return coarse_normal(level, p, e);
 }
 
-Frame frame_of(const Vec3& n) {
-  const double x = std::abs(n[0]), y = std::abs(n[1]), z = std::abs(n[2]);
-  const int axis = x <= y && x <= z ? 0 : (y <= z ? 1 : 2);
-  Vec3 t = n * -n[axis];
-  t[axis] += 1.0;
-  t /= norm(t);
-  return {n, t, cross(n, t)};
+Frame frame_of(const Vec3& n, const Vec3& edge) {
+  Vec3 along = edge - n * dot(n, edge);
+  const double square = dot(along, along);
+  if (usable(square) && square > kLeastTangent * dot(edge, edge)) {
+    along /= std::sqrt(square);
+  } else {
+    const double x = std::abs(n[0]), y = std::abs(n[1]), z = std::abs(n[2]);
+    const int axis = x <= y && x <= z ? 0 : (y <= z ? 1 : 2);
+    along = n * -n[axis];
+    along[axis] += 1.0;
+    along /= norm(along);
+  }
+  return {n, cross(along, n), along};
 }
 
 }  // namespace nacre::wavelet

@@ -19,8 +19,19 @@ namespace nacre::wavelet {
 [[nodiscard]] Vec3 midpoint_normal(const LevelTopology& level, std::span<const Vec3> predicted,
                                    std::uint32_t e);
 
-/// The frame with the given unit normal: tangent1 is the first coordinate axis of least |component|
-/// in the normal, minus its part along it, normalised; tangent2 = normal × tangent1.
-[[nodiscard]] Frame frame_of(const Vec3& normal);
+/// Edge `e` from its vertex 0 to its vertex 1 in the predicted mesh.
+[[nodiscard]] inline Vec3 edge_vector(const LevelTopology& level, std::span<const Vec3> predicted,
+                                      std::uint32_t e) {
+  return predicted[level.edges[e].vertex[1]] - predicted[level.edges[e].vertex[0]];
+}
+
+/// The frame with the given unit normal at the midpoint of an edge along `edge`: tangent2 is the
+/// edge less its part along the normal, of unit length; tangent1 = tangent2 × normal, across the
+/// edge.
+///
+/// Fallback   when |tangential part|² is not above 2^-40 |edge|², or not within 2^-900 .. 2^900:
+/// the
+///            first coordinate axis of least |component| in the normal takes the edge's place.
+[[nodiscard]] Frame frame_of(const Vec3& normal, const Vec3& edge);
 
 }  // namespace nacre::wavelet

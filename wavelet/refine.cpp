@@ -36,7 +36,7 @@ std::vector<Vec3> displace(const LevelTopology& level, std::span<const Vec3> pre
     const Vec3 normal = midpoint_normal(level, predicted, e);
     p += normal * d[0];
     if (d[1] == 0 && d[2] == 0) continue;
-    const Frame frame = frame_of(normal);
+    const Frame frame = frame_of(normal, edge_vector(level, predicted, e));
     p += frame.tangent1 * d[1];
     p += frame.tangent2 * d[2];
   }

@@ -19,7 +19,8 @@ LevelPrediction predict(const Topology& topology, int level_index, std::span<con
   result.points.assign(predicted.begin() + level.vertex_count, predicted.end());
   result.frames.resize(result.points.size());
   for (std::uint32_t e = 0; e < result.frames.size(); ++e)
-    result.frames[e] = frame_of(midpoint_normal(level, predicted, e));
+    result.frames[e] =
+        frame_of(midpoint_normal(level, predicted, e), edge_vector(level, predicted, e));
   return result;
 }
 

@@ -18,8 +18,8 @@ enum class Transform : std::uint8_t {
 /// `level` (size topology.level(level).vertex_count).
 ///
 /// Frame    normal: area-weighted normal, at the predicted point, of the level + 1 mesh made of
-///          `coarse` and all predicted points; tangent1: the coordinate axis least aligned with
-///          the normal, made orthogonal to it; tangent2 = normal × tangent1.
+///          `coarse` and all predicted points; tangent2: along
+///          the edge, made orthogonal to it; tangent1 = tangent2 × normal, across the edge.
 /// Source   [Zorin1996] modified butterfly; boundary edges use the four-point rule: README.md.
 [[nodiscard]] LevelPrediction predict(const Topology& topology, int level,
                                       std::span<const Vec3> coarse);

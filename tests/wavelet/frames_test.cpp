@@ -45,16 +45,24 @@ TEST(Frames, NormalIsTheAreaWeightedSumOverTheFinerTriangles) {
   }
 }
 
-TEST(Frames, TangentIsTheAxisLeastAlignedWithTheNormal) {
+TEST(Frames, SecondTangentRunsAlongTheEdge) {
   const Scan scan = shapes::sphere(3);
-  const LevelPrediction prediction = predict(topology_of(scan, 1), 0, scan.positions);
+  const Topology topology = topology_of(scan, 1);
+  const LevelPrediction prediction = predict(topology, 0, scan.positions);
   for (std::size_t e = 0; e < prediction.frames.size(); ++e) {
     const Frame& f = prediction.frames[e];
     EXPECT_GT(f.normal.dot(prediction.points[e].normalized()), 0.99) << "must face outward";
-    Eigen::Index axis = 0;
-    f.normal.cwiseAbs().minCoeff(&axis);
-    Vec3 expected = Vec3::Unit(axis) - f.normal[axis] * f.normal;
-    EXPECT_LT((f.tangent1 - expected.normalized()).norm(), 1e-14);
+    const auto& v = topology.level(0).edges[e].vertex;
+    const Vec3 edge = scan.positions[v[1]] - scan.positions[v[0]];
+    EXPECT_LT((f.tangent2 - (edge - edge.dot(f.normal) * f.normal).normalized()).norm(), 1e-14);
+  }
+}
+
+TEST(Frames, AnEdgeAlongTheNormalFallsBackToTheLeastAlignedAxis) {
+  for (const Vec3& edge : {Vec3(0, 0, 2), Vec3(1e-9, 0, 2), Vec3(0, 0, 0)}) {
+    const Frame f = frame_of({0, 0, 1}, edge);
+    expect_orthonormal(f);
+    EXPECT_EQ(f.tangent2, Vec3(1, 0, 0));
   }
 }
 
