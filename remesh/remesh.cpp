@@ -6,15 +6,12 @@
 #include <algorithm>
 #include <chrono>
 
+#include "remesh/choose_base.h"
 #include "remesh/pierce.h"
-#include "remesh/relax.h"
-#include "remesh/simplify.h"
 #include "remesh/surface_map.h"
 
 namespace nacre::remesh {
 namespace {
-
-constexpr int kDefaultBaseVertices = 200;
 
 /// Notes what each step took.
 class Stopwatch {
@@ -56,19 +53,13 @@ Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext
   out.clean = cleaned->report;
   watch.lap("clean");
 
-  SimplifyOptions simplify_options;
-  simplify_options.base_vertices =
-      options.base_vertices > 0 ? options.base_vertices : kDefaultBaseVertices;
-  auto map = simplify(cleaned->scan, simplify_options, context);
+  const LineTree tree(cleaned->scan);
+  const auto map =
+      choose_base(cleaned->scan, tree, options.base_vertices, options.predict, context);
   if (!map) return map.error();
   watch.lap("base mesh");
 
-  relax(cleaned->scan, *map, {}, context);
-  if (context.cancelled()) return Error{ErrorCode::kCancelled, "interrupted", 0};
-  watch.lap("parameterisation");
-
   const SurfaceMap surface_map(cleaned->scan, *map);
-  const LineTree tree(cleaned->scan);
   PierceOptions pierce_options;
   pierce_options.levels = options.levels > 0 ? options.levels
                                              : default_levels(cleaned->scan.triangles.size(),

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "remesh/choose_base.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "base/parallel.h"
+#include "remesh/relax.h"
+#include "remesh/simplify.h"
+
+namespace nacre::remesh {
+namespace {
+
+struct Setting {
+  double shape_weight, normal_agreement;
+};
+/// In the order in which they are tried; large scans, whose time goes here, try fewer.
+constexpr std::array<Setting, 4> kSettings = {{{0.3, 0.4}, {1.0, 0.2}, {0.1, 0.2}, {1.0, 0.4}}};
+constexpr std::size_t kLargeScan = 500'000;  // triangles
+constexpr std::size_t kFewSettings = 2;
+
+constexpr int kTrialLevels = 3;
+constexpr std::size_t kTrialSamples = 20'000;
+/// A semi-regular mesh's error falls with the power of its size: 8 dB a level on healthy ones.
+constexpr double kErrorPerSize = 0.66;
+/// Every folded triangle makes a trial this much worse.
+constexpr double kFoldPenalty = 0.05;
+
+struct Trial {
+  std::optional<Parameterisation> map;
+  double figure = std::numeric_limits<double>::infinity();
+};
+
+/// Root mean square distance of some vertices of `from` to the surface of `tree`.
+double rms_distance(const Scan& from, const LineTree& tree, const Scan& to) {
+  const std::size_t step = std::max<std::size_t>(1, from.positions.size() / kTrialSamples);
+  const std::size_t count = from.positions.size() / step;
+  const double sum = deterministic_sum<double>(count, [&](std::size_t i) {
+    const Vec3& p = from.positions[i * step];
+    return (position_of(tree.nearest(p), to.triangles, to.positions) - p).squaredNorm();
+  });
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(count, 1)));
+}
+
+/// The finest triangles' centroids, which unlike the vertices need not lie on the scan.
+Scan centroids(const Scan& mesh) {
+  Scan out;
+  for (const Triangle& t : mesh.triangles)
+    out.positions.push_back((mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) /
+                            3);
+  return out;
+}
+
+Trial attempt(const Scan& scan, const LineTree& tree, const SimplifyOptions& options,
+              const LevelPredictor& predict, const RunContext& context) {
+  Trial trial;
+  auto map = simplify(scan, options, context);
+  if (!map) return trial;
+  relax(scan, *map, {}, context);
+  trial.map = std::move(*map);
+  const SurfaceMap surface_map(scan, *trial.map);
+  PierceOptions pierce_options;
+  pierce_options.levels = kTrialLevels;
+  const auto pierced = pierce(surface_map, *trial.map, tree, predict, pierce_options, context);
+  if (!pierced) return trial;
+  const SemiRegularMesh& mesh = pierced->mesh;
+  const auto topology =
+      Topology::build(mesh.base_triangles, mesh.base_vertex_count, mesh.level_count);
+  const Scan fine{mesh.positions, topology->level(kTrialLevels).triangles, mesh.origin};
+  const LineTree fine_tree(fine);
+  const double error =
+      std::max(rms_distance(scan, fine_tree, fine), rms_distance(centroids(fine), tree, scan));
+  double folds = 0;
+  for (const BandReport& band : pierced->bands) folds += static_cast<double>(band.folded_triangles);
+  trial.figure = error * std::pow(static_cast<double>(mesh.base_vertex_count), kErrorPerSize) *
+                 (1 + kFoldPenalty * folds);
+  return trial;
+}
+
+}  // namespace
+
+Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, int base_vertices,
+                                     const LevelPredictor& predict, const RunContext& context) {
+  const std::size_t count = scan.triangles.size() > kLargeScan ? kFewSettings : kSettings.size();
+  std::vector<Trial> trials(count);
+  parallel_for_each_index(
+      count,
+      [&](std::size_t i) {
+        SimplifyOptions options;
+        options.base_vertices = base_vertices;
+        options.shape_weight = kSettings[i].shape_weight;
+        options.normal_agreement = kSettings[i].normal_agreement;
+        // Progress is told by one of them: they run side by side.
+        RunContext quiet = context;
+        if (i > 0) quiet.progress = nullptr;
+        trials[i] = attempt(scan, tree, options, predict, quiet);
+      },
+      1);
+  if (context.cancelled()) return Error{ErrorCode::kCancelled, "interrupted", 0};
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < count; ++i)
+    if (trials[i].figure < trials[best].figure) best = i;
+  return std::move(*trials[best].map);
+}
+
+}  // namespace nacre::remesh

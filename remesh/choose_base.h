@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "base/run_context.h"
+#include "base/semi_regular_mesh.h"
+#include "remesh/base_domain.h"
+#include "remesh/pierce.h"
+
+namespace nacre::remesh {
+
+/// Simplifies with several settings, relaxes and pierces each to a low level, and returns the map
+/// whose normal mesh is closest to the scan, both ways, for its number of base vertices. No setting
+/// is best everywhere, and one bad base edge costs more than all the settings together.
+///
+/// base_vertices 0: as many as SimplifyOptions::rms_error asks for.
+/// Errors   kCancelled.
+[[nodiscard]] Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree,
+                                                   int base_vertices, const LevelPredictor& predict,
+                                                   const RunContext& context = {});
+
+}  // namespace nacre::remesh
