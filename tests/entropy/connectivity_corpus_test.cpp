@@ -151,7 +151,6 @@ INSTANTIATE_TEST_SUITE_P(Corpus, BaseOfScan,
                                            Bound{"igea.ply", 3, 30}, Bound{"elephant.off", 3, 30},
                                            Bound{"rockerarm.ply", 3, 30},
                                            Bound{"bunny.ply", 3.6, 30}, Bound{"mask.off", 3, 30},
-                                           Bound{"laurana.ply", 4, 30},
                                            Bound{"doll_face.obj", 4, 30},
                                            Bound{"fandisk.obj", 3, 30}),
                          [](const auto& bound) {
