@@ -8,6 +8,7 @@
 
 #include "remesh/choose_base.h"
 #include "remesh/pierce.h"
+#include "remesh/split_edges.h"
 #include "remesh/surface_map.h"
 
 namespace nacre::remesh {
@@ -31,6 +32,9 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+/// No triangle is larger than it would be if this many equal ones covered the scan.
+constexpr double kLeastTriangles = 20'000;
+
 /// Enough splits for the semi-regular mesh to have about four triangles for each one of the scan:
 /// from there on the remeshing error is below what any rate of interest leaves.
 int default_levels(std::size_t scan_triangles, std::size_t base_triangles) {
@@ -51,6 +55,8 @@ Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext
   auto cleaned = clean(scan, options.repair);
   if (!cleaned) return cleaned.error();
   out.clean = cleaned->report;
+  const std::size_t scan_triangles = cleaned->scan.triangles.size();
+  split_long_edges(cleaned->scan, side_for_count(cleaned->scan, kLeastTriangles));
   watch.lap("clean");
 
   const LineTree tree(cleaned->scan);
@@ -62,7 +68,7 @@ Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext
   const SurfaceMap surface_map(cleaned->scan, *map);
   PierceOptions pierce_options;
   pierce_options.levels = options.levels > 0 ? options.levels
-                                             : default_levels(cleaned->scan.triangles.size(),
+                                             : default_levels(scan_triangles,
                                                               map->base.triangles.size());
   auto pierced = pierce(surface_map, *map, tree, options.predict, pierce_options, context);
   if (!pierced) return pierced.error();

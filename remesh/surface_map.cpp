@@ -13,6 +13,9 @@ using Vec2 = Eigen::Vector2d;
 constexpr int kMaxSteps = 2000;
 /// A weight above this counts as inside: far below what a step of the walk could mend.
 constexpr double kInside = -1e-9;
+/// Chart triangles of less area, in unit triangles, are rounding: a scan triangle with all corners on
+/// one boundary curve is one.
+constexpr double kFlatArea = 1e-13;
 
 double cross2(const Vec2& a, const Vec2& b) { return a[0] * b[1] - a[1] * b[0]; }
 
@@ -79,9 +82,9 @@ std::optional<SurfacePoint> SurfaceMap::walk(const DomainPoint& target, std::uin
     for (std::size_t k = 0; k < 3; ++k) {
       const double part = cross2(c[(k + 1) % 3] - p, c[(k + 2) % 3] - p);
       // In a triangle that is turned over, or flat, the signs still say which side to leave by.
-      w[k] = area > 0 ? part / area : part;
+      w[k] = area > kFlatArea ? part / area : part;
     }
-    if (area > 0 && std::min({w[0], w[1], w[2]}) >= kInside) return clamped(face, w);
+    if (area > kFlatArea && std::min({w[0], w[1], w[2]}) >= kInside) return clamped(face, w);
     // Leave by the side with the most negative weight, but never straight back.
     std::uint32_t leave = kNone;
     double least = 0;
@@ -96,7 +99,7 @@ std::optional<SurfacePoint> SurfaceMap::walk(const DomainPoint& target, std::uin
     const std::uint32_t next = neighbors_[face][leave];
     if (next == kNone) {
       // Over the boundary: the nearest point of this triangle, if the target is as good as on it.
-      if (area > 0 && least > -0.5) return clamped(face, w);
+      if (area > kFlatArea && least > -0.5) return clamped(face, w);
       return std::nullopt;
     }
     previous = face;

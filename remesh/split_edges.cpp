@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "remesh/split_edges.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "remesh/adjacency.h"
+
+namespace nacre::remesh {
+namespace {
+
+/// One order of all edges, the same seen from either face: by length, then by vertex ids.
+using EdgeKey = std::tuple<double, std::uint32_t, std::uint32_t>;
+
+EdgeKey key_of_side(const Scan& scan, const Triangle& t, std::uint32_t k) {
+  const std::uint32_t a = std::min(t[k], t[(k + 1) % 3]), b = std::max(t[k], t[(k + 1) % 3]);
+  return {(scan.positions[a] - scan.positions[b]).squaredNorm(), a, b};
+}
+
+std::uint32_t longest_side(const Scan& scan, const Triangle& t) {
+  std::uint32_t best = 0;
+  for (std::uint32_t k = 1; k < 3; ++k)
+    if (key_of_side(scan, t, k) > key_of_side(scan, t, best)) best = k;
+  return best;
+}
+
+/// Cuts face f from the middle of side k to the opposite corner; the new face takes the second half.
+void cut_face(std::vector<Triangle>& triangles, std::uint32_t f, std::uint32_t k,
+              std::uint32_t middle) {
+  const Triangle t = triangles[f];
+  triangles[f][(k + 1) % 3] = middle;
+  Triangle second = t;
+  second[k] = middle;
+  triangles.push_back(second);
+}
+
+/// One pass; true if anything was split.
+bool split_once(Scan& scan, double longest) {
+  auto& triangles = scan.triangles;
+  const auto neighbors =
+      side_neighbors(triangles, static_cast<std::uint32_t>(scan.positions.size()));
+  const auto faces = static_cast<std::uint32_t>(triangles.size());
+  std::vector<std::uint8_t> side(faces);
+  for (std::uint32_t f = 0; f < faces; ++f)
+    side[f] = static_cast<std::uint8_t>(longest_side(scan, triangles[f]));
+  bool any = false;
+  for (std::uint32_t f = 0; f < faces; ++f) {
+    const std::uint32_t k = side[f];
+    const std::uint32_t other = neighbors[f][k];
+    // Once cut, a face has another longest side; its entry in `side` then no longer names this edge,
+    // so each edge is met from its lower face only, and each face is cut at most once a pass.
+    if (other != kNone && (other < f || neighbors[other][side[other]] != f)) continue;
+    const std::uint32_t a = triangles[f][k], b = triangles[f][(k + 1) % 3];
+    if ((scan.positions[a] - scan.positions[b]).norm() <= longest) continue;
+    const auto middle = static_cast<std::uint32_t>(scan.positions.size());
+    scan.positions.push_back((scan.positions[a] + scan.positions[b]) / 2);
+    cut_face(triangles, f, k, middle);
+    if (other != kNone) cut_face(triangles, other, side[other], middle);
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace
+
+void split_long_edges(Scan& scan, double longest) {
+  while (split_once(scan, longest)) {
+  }
+}
+
+double side_for_count(const Scan& scan, double count) {
+  double area = 0;
+  for (const Triangle& t : scan.triangles)
+    area += (scan.positions[t[1]] - scan.positions[t[0]])
+                .cross(scan.positions[t[2]] - scan.positions[t[0]])
+                .norm() /
+            2;
+  return std::sqrt(area / count * 4 / std::sqrt(3.0));
+}
+
+}  // namespace nacre::remesh

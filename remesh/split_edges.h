@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "base/scan.h"
+
+namespace nacre::remesh {
+
+/// Splits edges longer than `longest` in the middle, each time all those that are the longest side
+/// of every face they have, until none is left. The surface stays the same; what was one large or
+/// long triangle gets vertices inside, which simplification and parameterisation need to see it.
+///
+/// Ensures  oriented manifolds stay so; kept vertices keep their ids.
+/// Source   longest-edge bisection [Rivara1984].
+void split_long_edges(Scan& scan, double longest);
+
+/// The side of the equilateral triangles of which `count` would cover the scan.
+[[nodiscard]] double side_for_count(const Scan& scan, double count);
+
+}  // namespace nacre::remesh
