@@ -125,6 +125,7 @@ class Simplifier {
     area_vector_.assign(n, Vec3::Zero());
     face_normal_.assign(faces_.size(), Vec3::Zero());
     alive_ = n;
+    for (const Vec3& p : scan_.positions) centre_ += p / static_cast<double>(n);
     for (std::uint32_t f = 0; f < faces_.size(); ++f) {
       const Triangle& t = faces_[f];
       const Vec3 twice = (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0]));
@@ -137,7 +138,7 @@ class Simplifier {
 
   void add_planes(std::uint32_t f, const Vec3& normal, double area) {
     const Triangle& t = faces_[f];
-    const Quadric q = Quadric::plane(normal, at(t[0]), area / 3);
+    const Quadric q = Quadric::plane(normal, at(t[0]) - centre_, area / 3);
     for (const std::uint32_t v : t) quadric_[v] += q;
     for (std::uint32_t k = 0; k < 3; ++k) {
       if (neighbors_[f][k] != kNone) continue;
@@ -146,7 +147,8 @@ class Simplifier {
       const double length2 = edge.squaredNorm();
       on_boundary_[a] = on_boundary_[b] = 1;
       if (length2 == 0) continue;
-      const Quadric wall = Quadric::plane(normal.cross(edge).normalized(), at(a), length2);
+      const Quadric wall =
+          Quadric::plane(normal.cross(edge).normalized(), at(a) - centre_, length2);
       quadric_[a] += wall;
       quadric_[b] += wall;
     }
@@ -203,7 +205,8 @@ class Simplifier {
     flat.ring.resize(n);
     double angle = 0;
     for (std::size_t m = 0; m < n; ++m) {
-      const double r = std::pow(std::max(length_[m] / mean, 1e-3), std::min(scale, 2.0));
+      const double r =
+          std::pow(std::max(length_[m] / std::max(mean, 1e-300), 1e-3), std::min(scale, 2.0));
       flat.ring[m] = {r * std::cos(angle), r * std::sin(angle)};
       if (m < k) angle += angle_[m] * scale;
     }
@@ -242,7 +245,7 @@ class Simplifier {
     const Star& star = scratch_.star;
     const std::uint32_t j = star.ring[s];
     const Vec3& pj = at(j);
-    double cost = quadric_[v].at(pj) + quadric_[j].at(pj);
+    double cost = quadric_[v].at(pj - centre_) + quadric_[j].at(pj - centre_);
     if (cost >= bound) return kInfinity;
     double shape = 0;
     bool valid = true;
@@ -300,9 +303,9 @@ class Simplifier {
     for (const std::size_t m : kept_)
       faces_[star.faces[m]][corner_of(faces_[star.faces[m]], v)] = j;
     relink(star, s);
-    total_error_ -= quadric_[j].at(at(j));
+    total_error_ -= quadric_[j].at(at(j) - centre_);
     quadric_[j] += quadric_[v];
-    total_error_ += quadric_[j].at(at(j));
+    total_error_ += quadric_[j].at(at(j) - centre_);
     dead_vertex_[v] = 1;
     --alive_;
     for (const std::uint32_t w : star.ring) {
@@ -490,6 +493,7 @@ class Simplifier {
 
   const Scan& scan_;
   const SimplifyOptions& options_;
+  Vec3 centre_ = Vec3::Zero();  // quadrics are relative to it: they lose what is far from zero
   std::vector<Triangle> faces_, neighbors_;
   std::vector<std::uint32_t> face_of_;
   std::vector<Quadric> quadric_;
