@@ -140,7 +140,8 @@ class Cleaner {
     return (to - to.dot(edge) * edge).stableNormalized();
   }
 
-  /// Joins each side to one other: the only one there is, or the one that continues it flattest.
+  /// Joins each side to one other: the only one there is, or on crowded edges one of its own sheet,
+  /// or the one that continues it flattest.
   void join_sides() {
     std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> sides;
     sides.reserve(3 * triangles_.size());
@@ -152,6 +153,7 @@ class Cleaner {
     }
     std::sort(sides.begin(), sides.end());
     partner_.assign(3 * triangles_.size(), kNone);
+    std::vector<std::vector<std::uint32_t>> crowded;
     for (std::size_t i = 0; i < sides.size();) {
       std::size_t end = i + 1;
       const auto same = [&](std::size_t k) {
@@ -164,11 +166,43 @@ class Cleaner {
       if (group.size() == 2) join(group[0], group[1]);
       if (group.size() > 2) {
         if (!counted_edges_) crowded_edges_.add(source_[group[0] / 3]);
-        join_flattest(group);
+        crowded.push_back(std::move(group));
       }
       i = end;
     }
     counted_edges_ = true;
+    if (!crowded.empty()) join_crowded(crowded);
+  }
+
+  /// Faces that hang together around both ends of an edge are one sheet, and are joined before
+  /// others: a fin does not open the closed surface that it stands on, nor do two solids that touch
+  /// in an edge open each other.
+  void join_crowded(const std::vector<std::vector<std::uint32_t>>& crowded) {
+    std::vector<std::uint32_t> fan(3 * triangles_.size());  // of each corner: union-find
+    std::iota(fan.begin(), fan.end(), 0u);
+    const auto root = [&](std::uint32_t c) {
+      while (fan[c] != c) c = fan[c] = fan[fan[c]];
+      return c;
+    };
+    const auto corner = [&](std::uint32_t face, std::uint32_t vertex) {
+      return 3 * face + corner_of(triangles_[face], vertex);
+    };
+    for (std::uint32_t s = 0; s < partner_.size(); ++s) {
+      if (partner_[s] == kNone) continue;
+      for (const std::uint32_t k : {s % 3, (s + 1) % 3}) {
+        const std::uint32_t v = triangles_[s / 3][k];
+        fan[root(corner(s / 3, v))] = root(corner(partner_[s] / 3, v));
+      }
+    }
+    for (const auto& group : crowded) {
+      const Triangle& t = triangles_[group[0] / 3];
+      const std::uint32_t a = t[group[0] % 3], b = t[(group[0] + 1) % 3];
+      std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> sheets;
+      for (const std::uint32_t s : group)
+        sheets[{root(corner(s / 3, a)), root(corner(s / 3, b))}].push_back(s);
+      for (const auto& [fans, sheet] : sheets) join_flattest(sheet);
+    }
+    for (const auto& group : crowded) join_flattest(group);
   }
 
   void join(std::uint32_t a, std::uint32_t b) {
@@ -384,10 +418,15 @@ class Cleaner {
       ++loops[piece_of[v]];
       for (std::uint32_t w = v; !seen[w]; w = next[w]) seen[w] = 1;
     }
+    out.pieces.resize(piece_count_);
+    for (const std::uint32_t p : piece_) ++out.pieces[p].triangles;
     for (std::size_t p = 0; p < piece_count_; ++p) {
+      PieceReport& piece = out.pieces[p];
+      piece.boundary_loops = static_cast<std::size_t>(loops[p]);
+      piece.genus = static_cast<int>((2 - loops[p] - euler[p] / 2) / 2);
       r.closed_pieces += loops[p] == 0;
-      r.boundary_loops += static_cast<std::size_t>(loops[p]);
-      r.genus += static_cast<int>((2 - loops[p] - euler[p] / 2) / 2);
+      r.boundary_loops += piece.boundary_loops;
+      r.genus += piece.genus;
     }
   }
 

@@ -43,6 +43,15 @@ int default_levels(std::size_t scan_triangles, std::size_t base_triangles) {
   return levels;
 }
 
+void count_base_triangles(const CleanScan& cleaned, const BaseMesh& base,
+                          std::vector<PieceReport>& pieces) {
+  std::vector<std::uint32_t> piece_of_vertex(cleaned.scan.positions.size(), 0);
+  for (std::size_t f = 0; f < cleaned.piece.size(); ++f)
+    for (const std::uint32_t v : cleaned.scan.triangles[f]) piece_of_vertex[v] = cleaned.piece[f];
+  for (const Triangle& t : base.triangles)
+    ++pieces[piece_of_vertex[base.scan_vertex[t[0]]]].base_triangles;
+}
+
 }  // namespace
 
 Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext& context) {
@@ -56,7 +65,7 @@ Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext
   if (!cleaned) return cleaned.error();
   out.clean = cleaned->report;
   const std::size_t scan_triangles = cleaned->scan.triangles.size();
-  split_long_edges(cleaned->scan, side_for_count(cleaned->scan, kLeastTriangles));
+  split_long_edges(*cleaned, side_for_count(cleaned->scan, kLeastTriangles));
   watch.lap("clean");
 
   const LineTree tree(cleaned->scan);
@@ -67,12 +76,14 @@ Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext
 
   const SurfaceMap surface_map(cleaned->scan, *map);
   PierceOptions pierce_options;
-  pierce_options.levels = options.levels > 0 ? options.levels
-                                             : default_levels(scan_triangles,
-                                                              map->base.triangles.size());
+  pierce_options.levels = options.levels > 0
+                              ? options.levels
+                              : default_levels(scan_triangles, map->base.triangles.size());
   auto pierced = pierce(surface_map, *map, tree, options.predict, pierce_options, context);
   if (!pierced) return pierced.error();
   out.mesh = std::move(pierced->mesh);
+  out.pieces = std::move(cleaned->pieces);
+  count_base_triangles(*cleaned, map->base, out.pieces);
   out.bands = std::move(pierced->bands);
   watch.lap("piercing");
   return out;

@@ -30,9 +30,17 @@ struct CleanReport {
   int genus = 0;  ///< summed over the pieces, boundary loops capped
 };
 
+/// A connected component of the cleaned scan.
+struct PieceReport {
+  std::size_t triangles = 0, base_triangles = 0, boundary_loops = 0;
+  int genus = 0;
+  std::string fallback;  ///< empty when remeshed as usual, else what was done instead and why
+};
+
 struct CleanScan {
   Scan scan;                         ///< oriented 2-manifold; every vertex has a face
   std::vector<std::uint32_t> piece;  ///< per triangle
+  std::vector<PieceReport> pieces;   ///< base_triangles and fallback still empty
   CleanReport report;
 };
 
@@ -54,12 +62,6 @@ struct BandReport {
   std::size_t vertices = 0;
   std::size_t normal_only = 0;       ///< details with zero tangential part
   std::size_t folded_triangles = 0;  ///< of the level it makes: normal opposes the scan's under it
-};
-
-struct PieceReport {
-  std::size_t triangles = 0, base_triangles = 0, boundary_loops = 0;
-  int genus = 0;
-  std::string fallback;  ///< empty when remeshed as usual, else what was done instead and why
 };
 
 struct StageCost {

@@ -25,19 +25,22 @@ std::uint32_t longest_side(const Scan& scan, const Triangle& t) {
   return best;
 }
 
-/// Cuts face f from the middle of side k to the opposite corner; the new face takes the second half.
-void cut_face(std::vector<Triangle>& triangles, std::uint32_t f, std::uint32_t k,
-              std::uint32_t middle) {
+/// Cuts face f from the middle of side k to the opposite corner; the new face takes the second
+/// half.
+void cut_face(CleanScan& cleaned, std::uint32_t f, std::uint32_t k, std::uint32_t middle) {
+  auto& triangles = cleaned.scan.triangles;
   const Triangle t = triangles[f];
   triangles[f][(k + 1) % 3] = middle;
   Triangle second = t;
   second[k] = middle;
   triangles.push_back(second);
+  cleaned.piece.push_back(cleaned.piece[f]);
 }
 
 /// One pass; true if anything was split.
-bool split_once(Scan& scan, double longest) {
-  auto& triangles = scan.triangles;
+bool split_once(CleanScan& cleaned, double longest) {
+  Scan& scan = cleaned.scan;
+  const auto& triangles = scan.triangles;
   const auto neighbors =
       side_neighbors(triangles, static_cast<std::uint32_t>(scan.positions.size()));
   const auto faces = static_cast<std::uint32_t>(triangles.size());
@@ -48,15 +51,15 @@ bool split_once(Scan& scan, double longest) {
   for (std::uint32_t f = 0; f < faces; ++f) {
     const std::uint32_t k = side[f];
     const std::uint32_t other = neighbors[f][k];
-    // Once cut, a face has another longest side; its entry in `side` then no longer names this edge,
-    // so each edge is met from its lower face only, and each face is cut at most once a pass.
+    // Once cut, a face has another longest side; its entry in `side` then no longer names this
+    // edge, so each edge is met from its lower face only, and each face is cut at most once a pass.
     if (other != kNone && (other < f || neighbors[other][side[other]] != f)) continue;
     const std::uint32_t a = triangles[f][k], b = triangles[f][(k + 1) % 3];
     if ((scan.positions[a] - scan.positions[b]).norm() <= longest) continue;
     const auto middle = static_cast<std::uint32_t>(scan.positions.size());
     scan.positions.push_back((scan.positions[a] + scan.positions[b]) / 2);
-    cut_face(triangles, f, k, middle);
-    if (other != kNone) cut_face(triangles, other, side[other], middle);
+    cut_face(cleaned, f, k, middle);
+    if (other != kNone) cut_face(cleaned, other, side[other], middle);
     any = true;
   }
   return any;
@@ -64,8 +67,8 @@ bool split_once(Scan& scan, double longest) {
 
 }  // namespace
 
-void split_long_edges(Scan& scan, double longest) {
-  while (split_once(scan, longest)) {
+void split_long_edges(CleanScan& cleaned, double longest) {
+  while (split_once(cleaned, longest)) {
   }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "base/scan.h"
+#include "remesh/remesh.h"
 
 namespace nacre::remesh {
 
@@ -9,9 +9,9 @@ namespace nacre::remesh {
 /// of every face they have, until none is left. The surface stays the same; what was one large or
 /// long triangle gets vertices inside, which simplification and parameterisation need to see it.
 ///
-/// Ensures  oriented manifolds stay so; kept vertices keep their ids.
+/// Ensures  oriented manifolds stay so; kept vertices keep their ids; new faces know their piece.
 /// Source   longest-edge bisection [Rivara1984].
-void split_long_edges(Scan& scan, double longest);
+void split_long_edges(CleanScan& cleaned, double longest);
 
 /// The side of the equilateral triangles of which `count` would cover the scan.
 [[nodiscard]] double side_for_count(const Scan& scan, double count);

@@ -13,8 +13,8 @@ using Vec2 = Eigen::Vector2d;
 constexpr int kMaxSteps = 2000;
 /// A weight above this counts as inside: far below what a step of the walk could mend.
 constexpr double kInside = -1e-9;
-/// Chart triangles of less area, in unit triangles, are rounding: a scan triangle with all corners on
-/// one boundary curve is one.
+/// Chart triangles of less area, in unit triangles, are rounding: a scan triangle with all corners
+/// on one boundary curve is one.
 constexpr double kFlatArea = 1e-13;
 
 double cross2(const Vec2& a, const Vec2& b) { return a[0] * b[1] - a[1] * b[0]; }
