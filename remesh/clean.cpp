@@ -5,6 +5,7 @@
 // whose faces fall into several fans of joined faces becomes several vertices. So no case of
 // non-manifold input needs a rule of its own.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -174,9 +175,9 @@ class Cleaner {
     if (!crowded.empty()) join_crowded(crowded);
   }
 
-  /// Faces that hang together around both ends of an edge are one sheet, and are joined before
-  /// others: a fin does not open the closed surface that it stands on, nor do two solids that touch
-  /// in an edge open each other.
+  /// Faces that hang together around an end of an edge are one sheet, and are joined before others:
+  /// a fin does not open the closed surface that it stands on, nor do two solids that touch in an
+  /// edge open each other.
   void join_crowded(const std::vector<std::vector<std::uint32_t>>& crowded) {
     std::vector<std::uint32_t> fan(3 * triangles_.size());  // of each corner: union-find
     std::iota(fan.begin(), fan.end(), 0u);
@@ -187,20 +188,27 @@ class Cleaner {
     const auto corner = [&](std::uint32_t face, std::uint32_t vertex) {
       return 3 * face + corner_of(triangles_[face], vertex);
     };
-    for (std::uint32_t s = 0; s < partner_.size(); ++s) {
-      if (partner_[s] == kNone) continue;
-      for (const std::uint32_t k : {s % 3, (s + 1) % 3}) {
-        const std::uint32_t v = triangles_[s / 3][k];
-        fan[root(corner(s / 3, v))] = root(corner(partner_[s] / 3, v));
+    // Around both ends, then around either: the other may lie on a second crowded edge.
+    for (const std::array<bool, 2> look_at :
+         {std::array{true, true}, {true, false}, {false, true}}) {
+      for (std::uint32_t s = 0; s < partner_.size(); ++s) {
+        if (partner_[s] == kNone) continue;
+        for (const std::uint32_t k : {s % 3, (s + 1) % 3}) {
+          const std::uint32_t v = triangles_[s / 3][k];
+          fan[root(corner(s / 3, v))] = root(corner(partner_[s] / 3, v));
+        }
       }
-    }
-    for (const auto& group : crowded) {
-      const Triangle& t = triangles_[group[0] / 3];
-      const std::uint32_t a = t[group[0] % 3], b = t[(group[0] + 1) % 3];
-      std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> sheets;
-      for (const std::uint32_t s : group)
-        sheets[{root(corner(s / 3, a)), root(corner(s / 3, b))}].push_back(s);
-      for (const auto& [fans, sheet] : sheets) join_flattest(sheet);
+      for (const auto& group : crowded) {
+        const Triangle& t = triangles_[group[0] / 3];
+        const std::uint32_t a = t[group[0] % 3], b = t[(group[0] + 1) % 3];
+        std::map<std::array<std::uint32_t, 2>, std::vector<std::uint32_t>> sheets;
+        for (const std::uint32_t s : group) {
+          const std::uint32_t around_a = look_at[0] ? root(corner(s / 3, a)) : kNone;
+          const std::uint32_t around_b = look_at[1] ? root(corner(s / 3, b)) : kNone;
+          sheets[{around_a, around_b}].push_back(s);
+        }
+        for (const auto& [fans, sheet] : sheets) join_flattest(sheet);
+      }
     }
     for (const auto& group : crowded) join_flattest(group);
   }
