@@ -48,7 +48,7 @@ struct Pierced {
 /// Refines the base mesh level by level: each new vertex is where the line through its predicted
 /// point, along the predicted normal, meets the scan near the expected point.
 ///
-/// Source   [GuskovEtAl2000] section 4; REMESHING in README.md.
+/// Source   [GuskovNormalMeshes2000] section 4; README.md.
 [[nodiscard]] Result<Pierced> pierce(const SurfaceMap& map,
                                      const Parameterisation& parameterisation, const LineTree& tree,
                                      const LevelPredictor& predict, const PierceOptions& options,

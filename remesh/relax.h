@@ -18,7 +18,7 @@ struct RelaxOptions {
 ///
 /// Weights  mean-value, divided by the square root of the neighbour's area stretch after each
 /// round. Ensures  the same result at any thread count. Source   [KhodakovskyEtAl2003],
-/// [Floater2003], [YoshizawaEtAl2004]; REMESHING in README.md.
+/// [Floater2003], [YoshizawaEtAl2004]; README.md.
 void relax(const Scan& scan, Parameterisation& parameterisation, const RelaxOptions& options,
            const RunContext& context = {});
 
