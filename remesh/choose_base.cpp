@@ -29,8 +29,16 @@ constexpr double kErrorPerSize = 0.66;
 /// Every folded triangle makes a trial this much worse.
 constexpr double kFoldPenalty = 0.05;
 
+/// Rounds of refinement where the best trial folds, and how much dearer each makes the vertices
+/// there.
+constexpr std::size_t kRepaired = 2;  // of the trials, the best ones
+constexpr int kRepairRounds = 3;
+constexpr double kDearer = 8;
+
 struct Trial {
+  SimplifyOptions options;
   std::optional<Parameterisation> map;
+  std::vector<std::uint32_t> folds;  // per base triangle
   double figure = std::numeric_limits<double>::infinity();
 };
 
@@ -55,9 +63,11 @@ Scan centroids(const Scan& mesh) {
 }
 
 Trial attempt(const Scan& scan, const LineTree& tree, const SimplifyOptions& options,
-              const LevelPredictor& predict, const RunContext& context) {
+              const Importance& importance, const LevelPredictor& predict,
+              const RunContext& context) {
   Trial trial;
-  auto map = simplify(scan, options, context);
+  trial.options = options;
+  auto map = simplify(scan, options, importance, context);
   if (!map) return trial;
   relax(scan, *map, {}, context);
   trial.map = std::move(*map);
@@ -73,11 +83,36 @@ Trial attempt(const Scan& scan, const LineTree& tree, const SimplifyOptions& opt
   const LineTree fine_tree(fine);
   const double error =
       std::max(rms_distance(scan, fine_tree, fine), rms_distance(centroids(fine), tree, scan));
+  trial.folds = pierced->folds;
   double folds = 0;
   for (const BandReport& band : pierced->bands) folds += static_cast<double>(band.folded_triangles);
   trial.figure = error * std::pow(static_cast<double>(mesh.base_vertex_count), kErrorPerSize) *
                  (1 + kFoldPenalty * folds);
   return trial;
+}
+
+/// Makes vertices dear under every base triangle that folds. False if none does.
+bool mark_folds(const Trial& trial, Importance& importance) {
+  bool any = false;
+  for (std::size_t v = 0; v < importance.size(); ++v) {
+    if (trial.folds[trial.map->point[v].face] == 0) continue;
+    importance[v] *= kDearer;
+    any = true;
+  }
+  return any;
+}
+
+/// Asks for more vertices where the trial folds, again and again, and keeps the best outcome.
+void repair(const Scan& scan, const LineTree& tree, const LevelPredictor& predict,
+            const RunContext& context, Trial& best) {
+  Importance importance(scan.positions.size(), 1.0);
+  std::optional<Trial> latest;
+  for (int round = 0; round < kRepairRounds && !context.cancelled(); ++round) {
+    if (!mark_folds(latest ? *latest : best, importance)) return;
+    latest = attempt(scan, tree, best.options, importance, predict, context);
+    if (!latest->map) return;
+    if (latest->figure < best.figure) best = *latest;
+  }
 }
 
 }  // namespace
@@ -86,6 +121,9 @@ Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, int
                                      const LevelPredictor& predict, const RunContext& context) {
   const std::size_t count = scan.triangles.size() > kLargeScan ? kFewSettings : kSettings.size();
   std::vector<Trial> trials(count);
+  // Progress is told by one of them: they run side by side.
+  RunContext quiet = context;
+  quiet.progress = nullptr;
   parallel_for_each_index(
       count,
       [&](std::size_t i) {
@@ -93,17 +131,22 @@ Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, int
         options.base_vertices = base_vertices;
         options.shape_weight = kSettings[i].shape_weight;
         options.normal_agreement = kSettings[i].normal_agreement;
-        // Progress is told by one of them: they run side by side.
-        RunContext quiet = context;
-        if (i > 0) quiet.progress = nullptr;
-        trials[i] = attempt(scan, tree, options, predict, quiet);
+        trials[i] = attempt(scan, tree, options, {}, predict, i == 0 ? context : quiet);
+      },
+      1);
+  const auto better = [](const Trial& a, const Trial& b) { return a.figure < b.figure; };
+  std::stable_sort(trials.begin(), trials.end(), better);
+  trials.resize(std::min(count, kRepaired));
+  parallel_for_each_index(
+      trials.size(),
+      [&](std::size_t i) {
+        if (trials[i].map) repair(scan, tree, predict, quiet, trials[i]);
       },
       1);
   if (context.cancelled()) return Error{ErrorCode::kCancelled, "interrupted", 0};
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < count; ++i)
-    if (trials[i].figure < trials[best].figure) best = i;
-  return std::move(*trials[best].map);
+  Trial& best = *std::min_element(trials.begin(), trials.end(), better);
+  if (!best.map) return Error{ErrorCode::kNoConvergence, "no base mesh could be made", 0};
+  return std::move(*best.map);
 }
 
 }  // namespace nacre::remesh

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <memory>
 
 #include "base/parallel.h"
 #include "remesh/adjacency.h"
@@ -97,9 +98,20 @@ double doubled_area(const Triangle& t, std::span<const Vec2> at) {
   return u[0] * v[1] - u[1] * v[0];
 }
 
-std::ptrdiff_t turned_over(const Part& part, std::span<const Vec2> at) {
-  return std::count_if(part.triangles.begin(), part.triangles.end(),
-                       [&](const Triangle& t) { return !(doubled_area(t, at) > 0); });
+/// Moves the corners of triangles that the new places turn over back to where they were, until no
+/// triangle is turned over that was not so before. It ends: each round moves a corner for good.
+///
+/// Mean-value coordinates are only sure to turn nothing over in a convex border, and the border of
+/// a patch is as jagged as the scan's triangles.
+void restore_turned(const Part& part, std::span<const Vec2> before, std::span<Vec2> at) {
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const Triangle& t : part.triangles) {
+      if (doubled_area(t, at) > 0 || !(doubled_area(t, before) > 0)) continue;
+      for (const std::uint32_t v : t) at[v] = before[v];
+      changed = true;
+    }
+  }
 }
 
 class Patcher {
@@ -194,16 +206,13 @@ class Patcher {
     if (std::count(part.on_border.begin(), part.on_border.end(), 0) == 0) return Outcome::kEmpty;
     std::vector<Vec2> at;
     for (const std::uint32_t v : part.vertices) at.push_back(*chart.map(point_[v]));
-    const std::ptrdiff_t before = turned_over(part, at);
+    const std::vector<Vec2> before = at;
     if (!mean_value_places(part, at)) return Outcome::kRefused;
-    std::vector<DomainPoint> moved;
-    for (Vec2& place : at) {
-      moved.push_back(chart.unmap(place));
-      place = *chart.map(moved.back());  // as it will be seen, if it was outside the chart
-    }
-    if (turned_over(part, at) > before) return Outcome::kRefused;
+    for (std::size_t i = 0; i < at.size(); ++i)  // as they will be seen, if outside the chart
+      if (!part.on_border[i]) at[i] = *chart.map(chart.unmap(at[i]));
+    restore_turned(part, before, at);
     for (std::size_t i = 0; i < part.vertices.size(); ++i)
-      if (!part.on_border[i]) point_[part.vertices[i]] = moved[i];
+      if (at[i] != before[i]) point_[part.vertices[i]] = chart.unmap(at[i]);
     return Outcome::kSolved;
   }
 
@@ -292,6 +301,7 @@ class Patcher {
       return false;
     }
     for (std::uint32_t i = 0; i < at.size(); ++i) {
+      if (part.on_border[i]) continue;
       at[i] = {places[VertexId(i)].x(), places[VertexId(i)].y()};
       if (!at[i].allFinite()) return false;
     }

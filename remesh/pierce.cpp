@@ -53,6 +53,12 @@ class Piercer {
     return band;
   }
 
+  void count_folds(int level, std::vector<std::uint32_t>& per_base_triangle) const {
+    const LevelTopology& fine = topology_.level(level + 1);
+    for (std::size_t t = 0; t < fine.triangles.size(); ++t)
+      per_base_triangle[t >> (2 * (level + 1))] += is_folded(fine.triangles[t]);
+  }
+
   [[nodiscard]] const std::vector<Vec3>& positions() const { return positions_; }
   std::vector<Vec3> take_positions() { return std::move(positions_); }
   std::vector<std::uint8_t> take_kinds() { return std::move(kind_); }
@@ -276,10 +282,12 @@ Result<Pierced> pierce(const SurfaceMap& map, const Parameterisation& parameteri
   if (!topology) return topology.error();
   Piercer piercer(map, parameterisation, tree, options, *topology);
   Pierced out;
+  out.folds.assign(base.triangles.size(), 0);
   for (int level = 0; level < options.levels; ++level) {
     if (context.cancelled()) return Error{ErrorCode::kCancelled, "interrupted", 0};
     piercer.refine(level, predict(*topology, level, piercer.positions()));
     out.bands.push_back(piercer.report(level));
+    piercer.count_folds(level, out.folds);
     context.report("piercing", (level + 1.0) / options.levels);
   }
   out.mesh.base_triangles = base.triangles;

@@ -43,6 +43,8 @@ struct Pierced {
   std::vector<BandReport> bands;
   /// Per vertex: 0 the detail is normal only, 1 on a boundary curve, 2 vector detail elsewhere.
   std::vector<std::uint8_t> kind;
+  /// Per base triangle: how many folded triangles it has on all levels together.
+  std::vector<std::uint32_t> folds;
 };
 
 /// Refines the base mesh level by level: each new vertex is where the line through its predicted

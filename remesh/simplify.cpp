@@ -65,9 +65,10 @@ struct Candidate {
 
 class Simplifier {
  public:
-  Simplifier(const Scan& scan, const SimplifyOptions& options)
+  Simplifier(const Scan& scan, const SimplifyOptions& options, const Importance& importance)
       : scan_(scan),
         options_(options),
+        importance_(importance.empty() ? Importance(scan.positions.size(), 1.0) : importance),
         faces_(scan.triangles),
         neighbors_(
             side_neighbors(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()))),
@@ -181,7 +182,7 @@ class Simplifier {
       blocked_[v] = 1;
       return;
     }
-    queue_.push({best.cost, v, best.target, stamp_[v]});
+    queue_.push({best.cost * importance_[v], v, best.target, stamp_[v]});
   }
 
   void flatten(std::uint32_t v, FlatStar& flat) const {
@@ -306,6 +307,7 @@ class Simplifier {
     total_error_ -= quadric_[j].at(at(j) - centre_);
     quadric_[j] += quadric_[v];
     total_error_ += quadric_[j].at(at(j) - centre_);
+    importance_[j] = std::max(importance_[j], importance_[v]);
     dead_vertex_[v] = 1;
     --alive_;
     for (const std::uint32_t w : star.ring) {
@@ -493,6 +495,7 @@ class Simplifier {
 
   const Scan& scan_;
   const SimplifyOptions& options_;
+  Importance importance_;
   Vec3 centre_ = Vec3::Zero();  // quadrics are relative to it: they lose what is far from zero
   std::vector<Triangle> faces_, neighbors_;
   std::vector<std::uint32_t> face_of_;
@@ -519,8 +522,8 @@ class Simplifier {
 }  // namespace
 
 Result<Parameterisation> simplify(const Scan& scan, const SimplifyOptions& options,
-                                  const RunContext& context) {
-  return Simplifier(scan, options).run(context);
+                                  const Importance& importance, const RunContext& context) {
+  return Simplifier(scan, options, importance).run(context);
 }
 
 }  // namespace nacre::remesh

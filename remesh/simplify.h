@@ -18,6 +18,10 @@ struct SimplifyOptions {
       0.4;  ///< least cosine between a face and the scan normals it stands for
 };
 
+/// How much dearer it is than usual to remove each scan vertex (>= 1); empty: all alike. A survivor
+/// inherits the importance of what collapses onto it.
+using Importance = std::vector<double>;
+
 /// Collapses half-edges of a clean scan, cheapest first, and keeps the map: with each collapse the
 /// star is flattened before and after, and every scan vertex in it moves to the new triangles.
 ///
@@ -26,6 +30,7 @@ struct SimplifyOptions {
 ///          is one-to-one, so their composition is.
 /// Source   [GarlandHeckbert1997] quadrics; [LeeEtAl1998] the map; README.md for the cost.
 [[nodiscard]] Result<Parameterisation> simplify(const Scan& scan, const SimplifyOptions& options,
+                                                const Importance& importance = {},
                                                 const RunContext& context = {});
 
 }  // namespace nacre::remesh
