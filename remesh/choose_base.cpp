@@ -26,6 +26,8 @@ constexpr int kTrialLevels = 3;
 constexpr std::size_t kTrialSamples = 20'000;
 /// A semi-regular mesh's error falls with the power of its size: 8 dB a level on healthy ones.
 constexpr double kErrorPerSize = 0.66;
+/// A scan vertex this many times the root mean square away is missed: a tip, mostly.
+constexpr double kFar = 12;
 /// Every folded triangle makes a trial this much worse.
 constexpr double kFoldPenalty = 0.05;
 
@@ -38,19 +40,32 @@ constexpr double kDearer = 8;
 struct Trial {
   SimplifyOptions options;
   std::optional<Parameterisation> map;
-  std::vector<std::uint32_t> folds;  // per base triangle
+  std::vector<std::uint32_t>
+      unhealthy;  // per base triangle: not 0 where it folds or misses the scan
   double figure = std::numeric_limits<double>::infinity();
 };
 
-/// Root mean square distance of some vertices of `from` to the surface of `tree`.
-double rms_distance(const Scan& from, const LineTree& tree, const Scan& to) {
-  const std::size_t step = std::max<std::size_t>(1, from.positions.size() / kTrialSamples);
-  const std::size_t count = from.positions.size() / step;
-  const double sum = deterministic_sum<double>(count, [&](std::size_t i) {
-    const Vec3& p = from.positions[i * step];
-    return (position_of(tree.nearest(p), to.triangles, to.positions) - p).squaredNorm();
+/// Every so-manyth vertex of `from`, and its distance to the surface of `tree`.
+struct Distances {
+  std::size_t step = 1;
+  std::vector<double> at;  // of vertex i * step
+
+  [[nodiscard]] double rms() const {
+    double sum = 0;
+    for (const double d : at) sum += d * d;
+    return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(at.size(), 1)));
+  }
+};
+
+Distances distances(const Scan& from, const LineTree& tree, const Scan& to) {
+  Distances d;
+  d.step = std::max<std::size_t>(1, from.positions.size() / kTrialSamples);
+  d.at.resize(from.positions.size() / d.step);
+  parallel_for_each_index(d.at.size(), [&](std::size_t i) {
+    const Vec3& p = from.positions[i * d.step];
+    d.at[i] = (position_of(tree.nearest(p), to.triangles, to.positions) - p).norm();
   });
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(count, 1)));
+  return d;
 }
 
 /// The finest triangles' centroids, which unlike the vertices need not lie on the scan.
@@ -81,9 +96,12 @@ Trial attempt(const Scan& scan, const LineTree& tree, const SimplifyOptions& opt
       Topology::build(mesh.base_triangles, mesh.base_vertex_count, mesh.level_count);
   const Scan fine{mesh.positions, topology->level(kTrialLevels).triangles, mesh.origin};
   const LineTree fine_tree(fine);
-  const double error =
-      std::max(rms_distance(scan, fine_tree, fine), rms_distance(centroids(fine), tree, scan));
-  trial.folds = pierced->folds;
+  const Distances missed = distances(scan, fine_tree, fine);
+  const double error = std::max(missed.rms(), distances(centroids(fine), tree, scan).rms());
+  trial.unhealthy.assign(pierced->folds.begin(), pierced->folds.end());
+  for (std::size_t i = 0; i < missed.at.size(); ++i)
+    if (missed.at[i] > kFar * missed.rms())
+      trial.unhealthy[trial.map->point[i * missed.step].face] = 1;
   double folds = 0;
   for (const BandReport& band : pierced->bands) folds += static_cast<double>(band.folded_triangles);
   trial.figure = error * std::pow(static_cast<double>(mesh.base_vertex_count), kErrorPerSize) *
@@ -91,24 +109,25 @@ Trial attempt(const Scan& scan, const LineTree& tree, const SimplifyOptions& opt
   return trial;
 }
 
-/// Makes vertices dear under every base triangle that folds. False if none does.
-bool mark_folds(const Trial& trial, Importance& importance) {
+/// Makes vertices dear under every unhealthy base triangle. False if there is none.
+bool mark_unhealthy(const Trial& trial, Importance& importance) {
   bool any = false;
   for (std::size_t v = 0; v < importance.size(); ++v) {
-    if (trial.folds[trial.map->point[v].face] == 0) continue;
+    if (trial.unhealthy[trial.map->point[v].face] == 0) continue;
     importance[v] *= kDearer;
     any = true;
   }
   return any;
 }
 
-/// Asks for more vertices where the trial folds, again and again, and keeps the best outcome.
+/// Asks for more vertices where the trial is unhealthy, again and again, and keeps the best
+/// outcome.
 void repair(const Scan& scan, const LineTree& tree, const LevelPredictor& predict,
             const RunContext& context, Trial& best) {
   Importance importance(scan.positions.size(), 1.0);
   std::optional<Trial> latest;
   for (int round = 0; round < kRepairRounds && !context.cancelled(); ++round) {
-    if (!mark_folds(latest ? *latest : best, importance)) return;
+    if (!mark_unhealthy(latest ? *latest : best, importance)) return;
     latest = attempt(scan, tree, best.options, importance, predict, context);
     if (!latest->map) return;
     if (latest->figure < best.figure) best = *latest;

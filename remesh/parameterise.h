@@ -29,9 +29,9 @@ struct ParameteriseReport {
 /// per patch, by CGAL's surface mesh parameterisation.
 ///
 /// A patch is the largest connected part of the scan triangles that have all corners in one base
-/// triangle, or in one star. Ensures  no triangle inside a patch is turned over that was not before; patch
-/// borders and scan boundaries stay; the same result at any thread count.
-/// Source   [Floater2003]; README.md.
+/// triangle, or in one star. Ensures  no triangle inside a patch is turned over that was not
+/// before; patch borders and scan boundaries stay; the same result at any thread count. Source
+/// [Floater2003]; README.md.
 ParameteriseReport parameterise(const Scan& scan, Parameterisation& parameterisation,
                                 const ParameteriseOptions& options, const RunContext& context = {});
 
