@@ -67,14 +67,6 @@ Atlas::Chart Atlas::triangle_chart(std::uint32_t triangle) const {
   return chart;
 }
 
-Atlas::Chart Atlas::star_chart(std::uint32_t base_vertex) const {
-  Chart chart;
-  chart.kind_ = Chart::Kind::kStar;
-  chart.id_ = base_vertex;
-  chart.atlas_ = this;
-  return chart;
-}
-
 std::optional<Atlas::Chart> Atlas::common_chart(std::span<const std::uint32_t> triangles) const {
   Chart chart = triangle_chart(triangles[0]);
   std::uint32_t other = kNone;

@@ -39,7 +39,6 @@ class Atlas {
   /// The least distorted chart that has all the given triangles; nothing if they share no corner.
   [[nodiscard]] std::optional<Chart> common_chart(std::span<const std::uint32_t> triangles) const;
   [[nodiscard]] Chart triangle_chart(std::uint32_t triangle) const;
-  [[nodiscard]] Chart star_chart(std::uint32_t base_vertex) const;
 
   [[nodiscard]] const BaseMesh& base() const { return base_; }
 

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "base/parallel.h"
+#include "remesh/parameterise.h"
 #include "remesh/relax.h"
 #include "remesh/simplify.h"
 
@@ -17,10 +18,8 @@ namespace {
 struct Setting {
   double shape_weight, normal_agreement;
 };
-/// In the order in which they are tried; large scans, whose time goes here, try fewer.
+/// In the order in which they are tried.
 constexpr std::array<Setting, 4> kSettings = {{{0.3, 0.4}, {1.0, 0.2}, {0.1, 0.2}, {1.0, 0.4}}};
-constexpr std::size_t kLargeScan = 500'000;  // triangles
-constexpr std::size_t kFewSettings = 2;
 
 constexpr int kTrialLevels = 3;
 constexpr std::size_t kTrialSamples = 20'000;
@@ -31,10 +30,17 @@ constexpr double kFar = 12;
 /// Every folded triangle makes a trial this much worse.
 constexpr double kFoldPenalty = 0.05;
 
-/// Rounds of refinement where the best trial folds, and how much dearer each makes the vertices
-/// there.
-constexpr std::size_t kRepaired = 2;  // of the trials, the best ones
-constexpr int kRepairRounds = 3;
+/// How many settings are tried, how many of the best trials are repaired, in how many rounds.
+struct Effort {
+  std::size_t settings, repaired;
+  int rounds;
+};
+constexpr Effort kFullEffort = {kSettings.size(), 2, 3};
+/// Nearly all the time of a large scan goes here.
+constexpr Effort kLargeEffort = {2, 1, 1};
+constexpr std::size_t kLargeScan = 500'000;  // triangles
+
+/// How much dearer one round makes the vertices where a trial is unhealthy.
 constexpr double kDearer = 8;
 
 struct Trial {
@@ -84,6 +90,7 @@ Trial attempt(const Scan& scan, const LineTree& tree, const SimplifyOptions& opt
   trial.options = options;
   auto map = simplify(scan, options, importance, context);
   if (!map) return trial;
+  parameterise(scan, *map, context);
   relax(scan, *map, {}, context);
   trial.map = std::move(*map);
   const SurfaceMap surface_map(scan, *trial.map);
@@ -122,11 +129,11 @@ bool mark_unhealthy(const Trial& trial, Importance& importance) {
 
 /// Asks for more vertices where the trial is unhealthy, again and again, and keeps the best
 /// outcome.
-void repair(const Scan& scan, const LineTree& tree, const LevelPredictor& predict,
+void repair(const Scan& scan, const LineTree& tree, const LevelPredictor& predict, int rounds,
             const RunContext& context, Trial& best) {
   Importance importance(scan.positions.size(), 1.0);
   std::optional<Trial> latest;
-  for (int round = 0; round < kRepairRounds && !context.cancelled(); ++round) {
+  for (int round = 0; round < rounds && !context.cancelled(); ++round) {
     if (!mark_unhealthy(latest ? *latest : best, importance)) return;
     latest = attempt(scan, tree, best.options, importance, predict, context);
     if (!latest->map) return;
@@ -138,13 +145,13 @@ void repair(const Scan& scan, const LineTree& tree, const LevelPredictor& predic
 
 Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, int base_vertices,
                                      const LevelPredictor& predict, const RunContext& context) {
-  const std::size_t count = scan.triangles.size() > kLargeScan ? kFewSettings : kSettings.size();
-  std::vector<Trial> trials(count);
+  const Effort& effort = scan.triangles.size() > kLargeScan ? kLargeEffort : kFullEffort;
+  std::vector<Trial> trials(effort.settings);
   // Progress is told by one of them: they run side by side.
   RunContext quiet = context;
   quiet.progress = nullptr;
   parallel_for_each_index(
-      count,
+      trials.size(),
       [&](std::size_t i) {
         SimplifyOptions options;
         options.base_vertices = base_vertices;
@@ -155,11 +162,11 @@ Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, int
       1);
   const auto better = [](const Trial& a, const Trial& b) { return a.figure < b.figure; };
   std::stable_sort(trials.begin(), trials.end(), better);
-  trials.resize(std::min(count, kRepaired));
+  trials.resize(effort.repaired);
   parallel_for_each_index(
       trials.size(),
       [&](std::size_t i) {
-        if (trials[i].map) repair(scan, tree, predict, quiet, trials[i]);
+        if (trials[i].map) repair(scan, tree, predict, effort.rounds, quiet, trials[i]);
       },
       1);
   if (context.cancelled()) return Error{ErrorCode::kCancelled, "interrupted", 0};

@@ -26,8 +26,6 @@ using VertexId = Mesh::Vertex_index;
 using Places = Mesh::Property_map<VertexId, Kernel::Point_2>;
 using Vec2 = Eigen::Vector2d;
 
-constexpr double kLeastStretch = 1e-3;
-
 /// CGAL solves for u, then for v, with the same matrix: one factorisation does for both.
 class FactorOnce {
  public:
@@ -62,25 +60,17 @@ class GivenBorder {
   static bool is_border_convex() { return false; }
 };
 
-/// Mean-value weights times a factor of the neighbour.
+/// Mean-value weights, kept within bounds at slivers as in relaxation.
 using MeanValue = smp::Mean_value_coordinates_parameterizer_3<Mesh, GivenBorder, FactorOnce>;
-class WeightedMeanValue : public MeanValue {
- public:
-  explicit WeightedMeanValue(std::span<const double> factor) : factor_(factor) {}
-
+class BoundedMeanValue : public MeanValue {
  protected:
   double compute_w_ij(const Mesh& mesh, VertexId v,
                       CGAL::Vertex_around_target_circulator<Mesh> neighbor) const override {
-    const double weight = MeanValue::compute_w_ij(mesh, v, neighbor);
     const double length = std::sqrt(CGAL::squared_distance(mesh.point(v), mesh.point(*neighbor)));
-    // Slivers: as in relaxation.
-    const double tangents = weight * length;
-    const double bounded = tangents > 1e-3 ? std::min(tangents, 1e3) : 1e-3;
-    return bounded / std::max(length, 1e-300) * factor_[(*neighbor).idx()];
+    const double tangents = MeanValue::compute_w_ij(mesh, v, neighbor) * length;
+    const double bounded = tangents > 1e-3 ? std::min(tangents, 1e3) : 1e-3;  // NaN to the least
+    return bounded / std::max(length, 1e-300);
   }
-
- private:
-  std::span<const double> factor_;
 };
 
 enum class Outcome : std::uint8_t { kSolved, kNotDisk, kRefused, kEmpty };
@@ -116,106 +106,47 @@ void restore_turned(const Part& part, std::span<const Vec2> before, std::span<Ve
 
 class Patcher {
  public:
-  Patcher(const Scan& scan, Parameterisation& map, bool stretch)
+  Patcher(const Scan& scan, Parameterisation& map)
       : scan_(scan),
         point_(map.point),
-        base_(map.base),
         atlas_(map.base),
         neighbors_(
             side_neighbors(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()))),
-        patch_(scan.triangles.size()),
-        part_(scan.triangles.size()),
-        stretch_(stretch) {}
-
-  void solve_triangles(ParameteriseReport& report) {
-    std::vector<std::uint32_t> patch_of_face(base_.triangles.size());
-    std::vector<Atlas::Chart> charts;
-    for (std::uint32_t f = 0; f < base_.triangles.size(); ++f) {
-      patch_of_face[f] = f;
-      charts.push_back(atlas_.triangle_chart(f));
-    }
-    solve_all(patch_of_face, charts, report);
-  }
-
-  /// Stars without a common triangle side by side, then the next lot.
-  void solve_stars(ParameteriseReport& report) {
-    const std::vector<std::uint32_t> lot = lots();
-    const std::uint32_t lot_count = *std::max_element(lot.begin(), lot.end()) + 1;
-    for (std::uint32_t i = 0; i < lot_count; ++i) {
-      std::vector<std::uint32_t> patch_of_face(base_.triangles.size(), kNone);
-      std::vector<std::uint32_t> patch_of_vertex(lot.size(), kNone);
-      std::vector<Atlas::Chart> charts;
-      for (std::uint32_t v = 0; v < lot.size(); ++v) {
-        if (lot[v] != i) continue;
-        patch_of_vertex[v] = static_cast<std::uint32_t>(charts.size());
-        charts.push_back(atlas_.star_chart(v));
-      }
-      for (std::uint32_t f = 0; f < base_.triangles.size(); ++f)
-        for (const std::uint32_t v : base_.triangles[f])
-          if (lot[v] == i) patch_of_face[f] = patch_of_vertex[v];
-      solve_all(patch_of_face, charts, report);
+        patch_(scan.triangles.size(), kNone),
+        part_(scan.triangles.size(), kNone),
+        members_(map.base.triangles.size()) {
+    for (std::uint32_t f = 0; f < scan.triangles.size(); ++f) {
+      const Triangle& t = scan.triangles[f];
+      const std::uint32_t face = point_[t[0]].face;
+      if (point_[t[1]].face != face || point_[t[2]].face != face) continue;
+      patch_[f] = face;
+      members_[face].push_back(f);
     }
   }
 
- private:
-  /// A lot number for every base vertex, different at the two ends of a base edge.
-  [[nodiscard]] std::vector<std::uint32_t> lots() const {
-    std::vector<std::vector<std::uint32_t>> near(base_.scan_vertex.size());
-    for (const Triangle& t : base_.triangles)
-      for (std::size_t k = 0; k < 3; ++k) {
-        near[t[k]].push_back(t[(k + 1) % 3]);
-        near[t[k]].push_back(t[(k + 2) % 3]);
-      }
-    std::vector<std::uint32_t> lot(near.size(), kNone);
-    for (std::uint32_t v = 0; v < near.size(); ++v) {
-      std::uint32_t mine = 0;
-      const auto taken = [&](std::uint32_t w) { return lot[w] == mine; };
-      while (std::any_of(near[v].begin(), near[v].end(), taken)) ++mine;
-      lot[v] = mine;
-    }
-    return lot;
-  }
+  [[nodiscard]] std::size_t patch_count() const { return members_.size(); }
 
-  void solve_all(std::span<const std::uint32_t> patch_of_face, std::span<const Atlas::Chart> charts,
-                 ParameteriseReport& report) {
-    std::vector<std::vector<std::uint32_t>> members(charts.size());
-    for (std::uint32_t f = 0; f < scan_.triangles.size(); ++f) {
-      const Triangle& t = scan_.triangles[f];
-      const std::uint32_t patch = patch_of_face[point_[t[0]].face];
-      const bool inside =
-          patch == patch_of_face[point_[t[1]].face] && patch == patch_of_face[point_[t[2]].face];
-      patch_[f] = inside ? patch : kNone;
-      part_[f] = kNone;
-      if (inside && patch != kNone) members[patch].push_back(f);
-    }
-    std::vector<Outcome> outcomes(charts.size());
-    parallel_for_each_index(
-        charts.size(), [&](std::size_t i) { outcomes[i] = solve(members[i], charts[i]); }, 1);
-    for (const Outcome outcome : outcomes) {
-      report.solved += outcome == Outcome::kSolved;
-      report.not_disks += outcome == Outcome::kNotDisk;
-      report.refused += outcome == Outcome::kRefused;
-      report.empty += outcome == Outcome::kEmpty;
-    }
-  }
-
-  Outcome solve(std::span<const std::uint32_t> members, const Atlas::Chart& chart) {
-    const Part part = largest_part(members);
+  /// Different patches may be solved side by side: each has its own triangles and inner vertices,
+  /// and none moves a border.
+  Outcome solve(std::uint32_t patch) {
+    const Part part = largest_part(members_[patch]);
     if (part.triangles.empty()) return Outcome::kEmpty;
     if (!part.is_disk) return Outcome::kNotDisk;
     if (std::count(part.on_border.begin(), part.on_border.end(), 0) == 0) return Outcome::kEmpty;
-    std::vector<Vec2> at;
-    for (const std::uint32_t v : part.vertices) at.push_back(*chart.map(point_[v]));
-    const std::vector<Vec2> before = at;
+    const Atlas::Chart chart = atlas_.triangle_chart(patch);
+    std::vector<Vec2> before;
+    for (const std::uint32_t v : part.vertices) before.push_back(*chart.map(point_[v]));
+    std::vector<Vec2> at = before;
     if (!mean_value_places(part, at)) return Outcome::kRefused;
-    for (std::size_t i = 0; i < at.size(); ++i)  // as they will be seen, if outside the chart
+    for (std::size_t i = 0; i < at.size(); ++i)  // as they will be seen, if outside the triangle
       if (!part.on_border[i]) at[i] = *chart.map(chart.unmap(at[i]));
     restore_turned(part, before, at);
-    for (std::size_t i = 0; i < part.vertices.size(); ++i)
+    for (std::size_t i = 0; i < at.size(); ++i)
       if (at[i] != before[i]) point_[part.vertices[i]] = chart.unmap(at[i]);
     return Outcome::kSolved;
   }
 
+ private:
   [[nodiscard]] Part largest_part(std::span<const std::uint32_t> members) {
     std::vector<std::uint32_t> best, faces;
     for (const std::uint32_t seed : members) {
@@ -283,7 +214,6 @@ class Patcher {
     for (const Triangle& t : part.triangles)
       if (mesh.add_face(VertexId(t[0]), VertexId(t[1]), VertexId(t[2])) == Mesh::null_face())
         return false;
-    const std::vector<double> factor = factors(part, at);
     Places places = mesh.add_property_map<VertexId, Kernel::Point_2>("v:place").first;
     auto done = mesh.add_property_map<VertexId, bool>("v:done", false).first;
     Mesh::Halfedge_index border;
@@ -294,7 +224,7 @@ class Patcher {
     // A border vertex of Surface_mesh keeps a border halfedge that ends in it.
     if (!border.is_valid() || !mesh.is_border(border)) return false;
     try {
-      WeightedMeanValue parameterizer(factor);
+      BoundedMeanValue parameterizer;
       const auto index = get(boost::vertex_index, mesh);
       if (parameterizer.parameterize(mesh, border, places, index, done) != smp::OK) return false;
     } catch (const std::exception&) {  // CGAL's checks, in builds that have them
@@ -308,54 +238,34 @@ class Patcher {
     return true;
   }
 
-  /// 1 / sqrt(stretch): scan area for chart area around each vertex, against the patch's mean.
-  [[nodiscard]] std::vector<double> factors(const Part& part, std::span<const Vec2> at) const {
-    std::vector<double> factor(part.vertices.size(), 1.0);
-    if (!stretch_) return factor;
-    std::vector<double> scan_area(factor.size(), 0), flat_area(factor.size(), 0);
-    double all_scan = 0, all_flat = 0;
-    for (const Triangle& t : part.triangles) {
-      const Vec3& a = scan_.positions[part.vertices[t[0]]];
-      const double area = (scan_.positions[part.vertices[t[1]]] - a)
-                              .cross(scan_.positions[part.vertices[t[2]]] - a)
-                              .norm();
-      const double flat = std::abs(doubled_area(t, at));
-      all_scan += area;
-      all_flat += flat;
-      for (const std::uint32_t v : t) {
-        scan_area[v] += area;
-        flat_area[v] += flat;
-      }
-    }
-    const double mean = all_scan / std::max(all_flat, 1e-300);
-    for (std::size_t i = 0; i < factor.size(); ++i)
-      factor[i] = 1 / std::sqrt(std::clamp(scan_area[i] / std::max(flat_area[i] * mean, 1e-300),
-                                           kLeastStretch, 1 / kLeastStretch));
-    return factor;
-  }
-
   const Scan& scan_;
   std::vector<DomainPoint>& point_;
-  const BaseMesh& base_;
   Atlas atlas_;
   std::vector<Triangle> neighbors_;
-  std::vector<std::uint32_t> patch_;  // per scan triangle, in the lot at work
+  std::vector<std::uint32_t> patch_;  // per scan triangle: the base triangle it lies in, or kNone
   std::vector<std::uint32_t> part_;   // per scan triangle: the first triangle of its connected part
-  bool stretch_;
+  std::vector<std::vector<std::uint32_t>> members_;  // per base triangle
 };
 
 }  // namespace
 
 ParameteriseReport parameterise(const Scan& scan, Parameterisation& parameterisation,
-                                const ParameteriseOptions& options, const RunContext& context) {
+                                const RunContext& context) {
+  Patcher patcher(scan, parameterisation);
+  std::vector<Outcome> outcomes(patcher.patch_count());
+  parallel_for_each_index(
+      outcomes.size(),
+      [&](std::size_t i) {
+        outcomes[i] =
+            context.cancelled() ? Outcome::kRefused : patcher.solve(static_cast<std::uint32_t>(i));
+      },
+      1);
   ParameteriseReport report;
-  if (scan.triangles.empty() || options.passes <= 0) return report;
-  Patcher patcher(scan, parameterisation, options.stretch);
-  for (int pass = 0; pass < options.passes && !context.cancelled(); ++pass) {
-    if (options.patches == ParameteriseOptions::Patches::kStars)
-      patcher.solve_stars(report);
-    else
-      patcher.solve_triangles(report);
+  for (const Outcome outcome : outcomes) {
+    report.solved += outcome == Outcome::kSolved;
+    report.not_disks += outcome == Outcome::kNotDisk;
+    report.refused += outcome == Outcome::kRefused;
+    report.empty += outcome == Outcome::kEmpty;
   }
   return report;
 }

@@ -65,7 +65,9 @@ Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext
   if (!cleaned) return cleaned.error();
   out.clean = cleaned->report;
   const std::size_t scan_triangles = cleaned->scan.triangles.size();
-  split_long_edges(*cleaned, side_for_count(cleaned->scan, kLeastTriangles));
+  const double side = side_for_count(cleaned->scan, kLeastTriangles);
+  if (side == 0) return Error{ErrorCode::kGeometryRefused, "no triangle has an area", 0};
+  split_long_edges(*cleaned, side);
   watch.lap("clean");
 
   const LineTree tree(cleaned->scan);

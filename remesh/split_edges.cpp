@@ -3,12 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "remesh/adjacency.h"
 
 namespace nacre::remesh {
 namespace {
+
+/// Shares of the extent: shorter sides would cut needles to dust; less area is rounding.
+constexpr double kLeastSide = 1e-3, kLeastArea = 1e-15;
 
 /// One order of all edges, the same seen from either face: by length, then by vertex ids.
 using EdgeKey = std::tuple<double, std::uint32_t, std::uint32_t>;
@@ -74,12 +78,20 @@ void split_long_edges(CleanScan& cleaned, double longest) {
 
 double side_for_count(const Scan& scan, double count) {
   double area = 0;
-  for (const Triangle& t : scan.triangles)
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (const Triangle& t : scan.triangles) {
     area += (scan.positions[t[1]] - scan.positions[t[0]])
                 .cross(scan.positions[t[2]] - scan.positions[t[0]])
                 .norm() /
             2;
-  return std::sqrt(area / count * 4 / std::sqrt(3.0));
+    for (const std::uint32_t v : t) {
+      low = low.cwiseMin(scan.positions[v]);
+      high = high.cwiseMax(scan.positions[v]);
+    }
+  }
+  const double extent = (high - low).norm();
+  if (!(area > kLeastArea * extent * extent)) return 0;
+  return std::max(std::sqrt(area / count * 4 / std::sqrt(3.0)), kLeastSide * extent);
 }
 
 }  // namespace nacre::remesh

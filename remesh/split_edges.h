@@ -13,7 +13,8 @@ namespace nacre::remesh {
 /// Source   longest-edge bisection [Rivara1984].
 void split_long_edges(CleanScan& cleaned, double longest);
 
-/// The side of the equilateral triangles of which `count` would cover the scan.
+/// The side of the equilateral triangles of which `count` would cover the scan, but at least a
+/// thousandth of its extent; 0 for a scan without area.
 [[nodiscard]] double side_for_count(const Scan& scan, double count);
 
 }  // namespace nacre::remesh
