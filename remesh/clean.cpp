@@ -454,6 +454,14 @@ class Cleaner {
       inside_out_{"turned pieces inside out"};
 };
 
+bool has_area(const Scan& scan) {
+  return std::any_of(scan.triangles.begin(), scan.triangles.end(), [&](const Triangle& t) {
+    return (scan.positions[t[1]] - scan.positions[t[0]])
+               .cross(scan.positions[t[2]] - scan.positions[t[0]])
+               .squaredNorm() > 0;
+  });
+}
+
 Result<void> check_policy(const CleanReport& report, RepairPolicy policy) {
   for (const CleanAction& action : report.actions) {
     const bool harmless =
@@ -476,9 +484,10 @@ Result<CleanScan> clean(const Scan& scan, RepairPolicy policy) {
       return Error{ErrorCode::kBadInput, "vertex " + std::to_string(v) + " is not finite", v};
   }
   CleanScan cleaned = Cleaner(scan).run();
-  if (cleaned.scan.triangles.empty()) {
+  if (cleaned.scan.triangles.empty())
     return Error{ErrorCode::kGeometryRefused, "no triangle of three different corners is left", 0};
-  }
+  if (!has_area(cleaned.scan))
+    return Error{ErrorCode::kGeometryRefused, "no triangle has any area", 0};
   if (const auto ok = check_policy(cleaned.report, policy); !ok) return ok.error();
   return cleaned;
 }

@@ -78,6 +78,7 @@ std::vector<LineTree::Hit> LineTree::hits(const Vec3& origin, const Vec3& direct
 }
 
 SurfacePoint LineTree::nearest(const Vec3& query) const {
+  if (impl_->triangles.empty()) return {0, {1, 0, 0}};  // no area anywhere: any point will do
   const auto [point, it] = impl_->tree.closest_point_and_primitive(to_cgal(query));
   const std::uint32_t f = impl_->face[static_cast<std::size_t>(it - impl_->triangles.cbegin())];
   const Triangle& t = impl_->scan->triangles[f];
