@@ -20,10 +20,13 @@ struct ParameteriseReport {
 /// patches; relaxation does so across them.
 ///
 /// A patch is the largest connected part of the scan triangles that have all corners in the base
-/// triangle. Ensures  every point stays in its base triangle; no triangle of a patch is turned over
-/// that was not before; the borders of patches, and so the scan's boundary, stay; the same result
-/// at any thread count. Cost     about 3 µs per scan vertex on one thread.
-/// Source   [Floater2003]; docs/decisions on parameterisation.
+/// triangle.
+///
+/// Ensures  (1) every point stays in its base triangle; (2) no triangle of a patch is turned over
+///          that was not before; (3) the borders of patches, and so the scan's boundary, stay;
+///          (4) the same result at any thread count.
+/// Cost     about 3 µs per scan vertex on one thread.
+/// Source   [Floater2003]; docs/decisions/0002-parameterisation.md.
 ParameteriseReport parameterise(const Scan& scan, Parameterisation& parameterisation,
                                 const RunContext& context = {});
 
