@@ -161,7 +161,7 @@ TEST(Simplify, IsDeterministicAndCanBeCancelled) {
   const std::atomic<bool> stop{true};
   RunContext context;
   context.cancel = &stop;
-  const auto out = simplify(shapes::sphere(5), {}, context);
+  const auto out = simplify(shapes::sphere(5), {}, {}, context);
   ASSERT_FALSE(out.has_value());
   EXPECT_EQ(out.error().code, ErrorCode::kCancelled);
 }
