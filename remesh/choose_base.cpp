@@ -106,8 +106,9 @@ Trial attempt(const Scan& scan, const LineTree& tree, const SimplifyOptions& opt
   const Distances missed = distances(scan, fine_tree, fine);
   const double error = std::max(missed.rms(), distances(centroids(fine), tree, scan).rms());
   trial.unhealthy.assign(pierced->folds.begin(), pierced->folds.end());
+  const double far = kFar * missed.rms();
   for (std::size_t i = 0; i < missed.at.size(); ++i)
-    if (missed.at[i] > kFar * missed.rms())
+    if (missed.at[i] > far)
       trial.unhealthy[trial.map->point[i * missed.step].face] = 1;
   double folds = 0;
   for (const BandReport& band : pierced->bands) folds += static_cast<double>(band.folded_triangles);
