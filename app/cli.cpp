@@ -111,7 +111,7 @@ CLI::Validator positive_number() { return number_within(1e-300, 1e300, "a positi
 
 /// Option values that need a conversion of our own before they are a command.
 struct Raw {
-  std::string transform = "butterfly", profile = "paper", repair = "safe", up = "y";
+  std::string transform = "butterfly", profile = "best", repair = "safe", up = "y";
   std::optional<std::string> size;
   std::optional<double> bits_per_vertex;
   bool quiet = false, verbose = false;
@@ -190,8 +190,8 @@ struct Parser {
             "them: per distinct vertex); this goal with 1.0 is the default")
         ->check(positive_number())
         ->excludes(size);
-    verb->add_option("--profile", raw.profile, "Coder: paper (ICASSP 2006, lattice VQ)")
-        ->check(CLI::IsMember({"paper"}))
+    verb->add_option("--profile", raw.profile, "Coder: best, or paper (ICASSP 2006, lattice VQ)")
+        ->check(CLI::IsMember({"best", "paper"}))
         ->capture_default_str();
     verb->add_option("--transform", raw.transform, "Wavelets: butterfly or loop")
         ->check(CLI::IsMember({"butterfly", "loop"}))
@@ -291,6 +291,7 @@ Result<Command> finish_encode(const Raw& raw, EncodeCommand command) {
   } else {
     command.bits_per_input_vertex = raw.bits_per_vertex.value_or(kDefaultBitsPerInputVertex);
   }
+  if (raw.profile == "paper") command.profile = codec::Profile::kPaper;
   if (raw.transform == "loop") command.transform = wavelet::Transform::kLoop;
   command.remesh.repair = repair_policy(raw.repair);
   set_verbosity(raw, command.common);

@@ -35,7 +35,7 @@ struct EncodeCommand {
   /// The goal, exactly one of the two. Bits are of the whole file, per input vertex.
   std::optional<std::uint64_t> size_bytes;
   std::optional<double> bits_per_input_vertex;
-  codec::Profile profile = codec::Profile::kPaper;
+  codec::Profile profile = codec::Profile::kBest;
   wavelet::Transform transform = wavelet::Transform::kButterfly;
   double theta_degrees = 1.0;
   RemeshSettings remesh;

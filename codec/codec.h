@@ -15,8 +15,6 @@
 /// docs/FORMAT.md.
 namespace nacre::codec {
 
-enum class Profile : std::uint8_t { kPaper };
-
 struct EncodeOptions {
   Profile profile = Profile::kPaper;
   wavelet::Transform transform = wavelet::Transform::kButterfly;

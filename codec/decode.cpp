@@ -9,6 +9,7 @@
 #include "codec/byte_reader.h"
 #include "codec/stream_reader.h"
 #include "entropy/connectivity.h"
+#include "entropy/detail_coder.h"
 #include "entropy/stack_run.h"
 #include "quant/quant.h"
 
@@ -80,7 +81,7 @@ Result<std::vector<Vec3>> decode_base_positions(std::span<const std::uint8_t> by
   return positions;
 }
 
-/// Details of one band from its section; section 8 of the document.
+/// Details of one band of the paper's profile from its section; section 9 of the document.
 Result<std::vector<Vec3>> decode_band(std::span<const std::uint8_t> bytes,
                                       const StreamLayout& layout, std::size_t band,
                                       std::size_t count) {
@@ -114,6 +115,58 @@ Result<std::vector<Vec3>> decode_band(std::span<const std::uint8_t> bytes,
                            info.tangential_ratio(), info.shrink());
 }
 
+/// Details of the first `levels` bands as profile best has them; section 16 of the document.
+Result<std::vector<std::vector<Vec3>>> decode_best_bands(std::span<const std::uint8_t> bytes,
+                                                         const StreamLayout& layout,
+                                                         const Topology& topology, int levels) {
+  entropy::DetailModel model;
+  std::vector<std::vector<Vec3>> bands;
+  const BandEntry* coarser = nullptr;
+  for (int j = 0; j < levels; ++j) {
+    const auto index = static_cast<std::size_t>(j);
+    const BandEntry* entry =
+        index < layout.header.bands.size() && layout.header.bands[index].payload_bytes > 0
+            ? &layout.header.bands[index]
+            : nullptr;
+    if (index >= layout.header.bands.size()) {
+      bands.emplace_back(topology.band_size(j), Vec3::Zero());
+      continue;
+    }
+    const SectionRange& section = layout.sections[2 + index];
+    const auto payload = read_section(bytes, section);
+    if (!payload) return payload.error();
+    const entropy::BandPlace place{
+        &topology.level(j), j > 0 ? &topology.level(j - 1) : nullptr, j,
+        coarser != nullptr && entry != nullptr ? coarser->step_index - entry->step_index : 0};
+    const auto band = entropy::decode_details(*payload, place, model);
+    if (!band) return corrupt_at(section.offset, "a band", band.error());
+    coarser = entry;
+    if (entry == nullptr) {
+      bands.emplace_back(topology.band_size(j), Vec3::Zero());
+      continue;
+    }
+    std::array<double, 3> shrinks{};
+    for (std::size_t i = 0; i < 3; ++i) shrinks[i] = band->shrink_32nds[i] * (1.0 / 32);
+    bands.push_back(quant::dequantize(band->points, step_size(entry->step_index),
+                                      1 + band->ratio_quarters * 0.25, shrinks));
+  }
+  return bands;
+}
+
+Result<std::vector<std::vector<Vec3>>> decode_bands(std::span<const std::uint8_t> bytes,
+                                                    const StreamLayout& layout,
+                                                    const Topology& topology, int levels) {
+  if (layout.header.profile == Profile::kBest)
+    return decode_best_bands(bytes, layout, topology, levels);
+  std::vector<std::vector<Vec3>> bands;
+  for (int j = 0; j < levels; ++j) {
+    auto band = decode_band(bytes, layout, static_cast<std::size_t>(j), topology.band_size(j));
+    if (!band) return band.error();
+    bands.push_back(std::move(*band));
+  }
+  return bands;
+}
+
 Result<SemiRegularMesh> decode_layout(std::span<const std::uint8_t> bytes,
                                       const StreamLayout& layout, int levels) {
   auto connectivity = decode_base(bytes, layout);
@@ -131,11 +184,9 @@ Result<SemiRegularMesh> decode_layout(std::span<const std::uint8_t> bytes,
   if (!base_positions) return base_positions.error();
   Pyramid pyramid;
   pyramid.base_positions = std::move(*base_positions);
-  for (int j = 0; j < levels; ++j) {
-    auto band = decode_band(bytes, layout, static_cast<std::size_t>(j), topology->band_size(j));
-    if (!band) return band.error();
-    pyramid.bands.push_back(std::move(*band));
-  }
+  auto bands = decode_bands(bytes, layout, *topology, levels);
+  if (!bands) return bands.error();
+  pyramid.bands = std::move(*bands);
   auto positions = wavelet::synthesize(*topology, pyramid, layout.header.transform);
   if (!positions) return corrupt_at(0, "the geometry", positions.error());
   for (const Vec3& p : *positions) {
@@ -155,6 +206,7 @@ StreamInfo describe(const StreamLayout& layout, std::size_t bytes_present) {
   const Header& header = layout.header;
   StreamInfo info;
   info.version = kVersion;
+  info.profile = header.profile;
   info.transform = header.transform;
   info.base_vertices = static_cast<std::uint32_t>(header.base_vertices);
   info.base_triangles = static_cast<std::uint32_t>(header.base_triangles);

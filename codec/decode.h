@@ -10,6 +10,12 @@
 
 namespace nacre::codec {
 
+/// How the bands are coded.
+enum class Profile : std::uint8_t {
+  kPaper = 0,  ///< lattice points as product codes, stack-run
+  kBest = 1,   ///< integers chosen by their cost, context-mixed bits
+};
+
 struct DecodeOptions {
   int max_level = -1;  ///< decode no further than this level; -1: all that is there
   /// Refuse streams that would decode to more vertices (default 2^28) before allocating.
@@ -30,6 +36,7 @@ struct StreamInfo {
     double step = 0;  ///< of a band; model units
   };
   int version = 0;
+  Profile profile = Profile::kPaper;
   wavelet::Transform transform = wavelet::Transform::kButterfly;
   std::uint32_t base_vertices = 0, base_triangles = 0;
   int base_bits = 0;

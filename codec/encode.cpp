@@ -6,16 +6,16 @@
 #include <optional>
 #include <string>
 
+#include "codec/assemble.h"
+#include "codec/best_encode.h"
 #include "codec/codec.h"
 #include "codec/geometry_coder.h"
 #include "codec/rate_control.h"
 #include "codec/stream_format.h"
-#include "codec/stream_writer.h"
 
 namespace nacre::codec {
 namespace {
 
-constexpr int kMinBaseBits = 6, kMaxBaseBits = 20;
 /// How often the curves are sampled: first in the frames of the undistorted mesh, then in those of
 /// the mesh decoded at the first round's steps.
 constexpr int kCurveRounds = 2;
@@ -98,7 +98,6 @@ class Encoder {
   [[nodiscard]] Part band_part(std::size_t band) const;
   [[nodiscard]] std::vector<Part> make_parts() const;
   [[nodiscard]] Steps least_steps() const;
-  [[nodiscard]] std::vector<std::uint8_t> assemble(const CodedGeometry& coded) const;
   Result<Outcome> make_outcome(const Steps& steps, double lambda);
   /// Curves from samples in the present frames; then gains and frames from the coding they lead to.
   Result<void> fit_curves(std::size_t budget);
@@ -183,31 +182,11 @@ Steps Encoder::least_steps() const {
   return steps;
 }
 
-std::vector<std::uint8_t> Encoder::assemble(const CodedGeometry& coded) const {
-  Header header;
-  header.transform = options_.transform;
-  header.levels = mesh_.level_count;
-  header.origin = mesh_.origin;
-  const LevelTopology& base = prepared_.topology.level(0);
-  header.base_vertices = base.vertex_count;
-  header.base_triangles = base.triangles.size();
-  header.boundary_edges = 2 * base.edges.size() - 3 * base.triangles.size();
-  header.grid_bits = coded.base.grid_bits;
-  header.grid_step_index = coded.steps[0];
-  header.grid_corner = coded.base.corner;
-  std::vector<std::vector<std::uint8_t>> payloads;
-  for (std::size_t j = 0; j < coded.bands.size(); ++j) {
-    header.bands.push_back({0, coded.steps[j + 1]});
-    payloads.push_back(coded.bands[j].payload);
-  }
-  return write_stream(header, prepared_.connectivity.bytes, coded.base.payload, payloads);
-}
-
 Result<Encoder::Outcome> Encoder::make_outcome(const Steps& steps, double lambda) {
   auto coded = code_geometry(prepared_, steps, coder_);
   if (!coded) return coded.error();
   Outcome outcome{std::move(*coded), {}, lambda, measurements_.bytes(steps)};
-  outcome.bytes = assemble(outcome.coded);
+  outcome.bytes = assemble(prepared_, outcome.coded, Profile::kPaper, mesh_.origin);
   return outcome;
 }
 
@@ -302,31 +281,12 @@ double Encoder::predicted(const CodedGeometry& coded) const {
 }
 
 EncodeReport Encoder::report(const Outcome& outcome) const {
-  const auto sized = [](const std::vector<std::uint8_t>& payload) {
-    return payload.size() + checksum_bytes(payload.size());
-  };
-  EncodeReport report;
-  report.bytes = outcome.bytes.size();
-  report.bytes_base_connectivity = sized(prepared_.connectivity.bytes);
-  report.bytes_base_positions = sized(outcome.coded.base.payload);
-  report.bytes_base = report.bytes_base_connectivity + report.bytes_base_positions;
-  report.bytes_header = report.bytes - report.bytes_base;
-  report.base_bits = outcome.coded.base.grid_bits;
-  report.levels = mesh_.level_count;
+  EncodeReport report = describe(prepared_, outcome.coded, outcome.bytes.size());
   report.lambda = outcome.lambda;
   report.predicted_distortion = predicted(outcome.coded);
-  for (std::size_t j = 0; j < outcome.coded.bands.size(); ++j) {
-    const CodedBand& coded = outcome.coded.bands[j];
-    BandReport band;
-    band.vertices = coded.decoded.size();
-    band.gain = bands_[j + 1].gain;
-    band.step = coded.payload.empty() ? 0 : step_size(outcome.coded.steps[j + 1]);
-    band.bits = 8.0 * static_cast<double>(sized(coded.payload));
-    band.normal_only_fraction = coded.normal_only_fraction;
-    band.distortion = coded.distortion;
-    band.samples = samples_[j + 1];
-    report.bytes_header -= sized(coded.payload);
-    report.bands.push_back(std::move(band));
+  for (std::size_t j = 0; j < report.bands.size(); ++j) {
+    report.bands[j].gain = bands_[j + 1].gain;
+    report.bands[j].samples = samples_[j + 1];
   }
   return report;
 }
@@ -366,6 +326,7 @@ Result<Encoded> encode(const SemiRegularMesh& mesh, const EncodeOptions& options
     const auto prepared = prepare(mesh, options.transform);
     if (!prepared) return prepared.error();
     if (context.cancelled()) return cancelled();
+    if (options.profile == Profile::kBest) return encode_best(mesh, options, context, *prepared);
     return Encoder(mesh, options, context, *prepared).run();
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::kLimitExceeded, "not enough memory to encode the mesh", 0};

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/geometry.h"
+#include "codec/decode.h"
 #include "wavelet/wavelet.h"
 
 /// What the writer and the reader of a stream both need: constants, the header's fields, the table
@@ -35,6 +36,7 @@ struct BandEntry {
 };
 
 struct Header {
+  Profile profile = Profile::kPaper;
   wavelet::Transform transform = wavelet::Transform::kButterfly;
   int levels = 0;  ///< J
   std::uint64_t base_vertices = 0, base_triangles = 0, boundary_edges = 0;

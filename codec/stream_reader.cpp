@@ -39,7 +39,8 @@ Header parse_fields(ByteReader& reader) {
   const std::uint8_t flags = reader.byte();
   header.levels = shape & 0x0F;
   header.bands.resize(shape >> 4);
-  header.transform = static_cast<wavelet::Transform>(flags & 0x03);
+  header.transform = static_cast<wavelet::Transform>(flags & 0x01);
+  header.profile = static_cast<Profile>((flags >> 1) & 0x01);
   header.grid_bits = flags >> 3;
   header.base_vertices = reader.varint();
   header.base_triangles =
@@ -77,10 +78,6 @@ Result<void> check_counts(const Header& header) {
 }
 
 Result<void> check_values(const Header& header) {
-  if (static_cast<std::uint8_t>(header.transform) > 1) {
-    return Error{ErrorCode::kUnsupportedVersion,
-                 "the stream uses a transform unknown to this decoder", 5};
-  }
   if (const auto ok = check_counts(header); !ok) return ok.error();
   if (header.bands.size() > static_cast<std::size_t>(header.levels))
     return corrupt(4, "more bands than levels");

@@ -14,6 +14,7 @@ std::vector<std::uint8_t> write_header(const Header& header) {
   writer.byte(kVersion);
   writer.byte(static_cast<std::uint8_t>(header.levels | (header.bands.size() << 4)));
   writer.byte(static_cast<std::uint8_t>(static_cast<int>(header.transform) |
+                                        (static_cast<int>(header.profile) << 1) |
                                         (header.has_origin() ? 0x04 : 0) |
                                         (header.grid_bits << 3)));
   writer.varint(header.base_vertices);

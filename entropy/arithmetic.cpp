@@ -31,6 +31,11 @@ CodeEnd code_end(std::uint64_t low, std::uint32_t range) {
   }
 }
 
+/// A 1's part of the range; neither part is empty, as range >= 2^24.
+std::uint32_t share(std::uint32_t range, std::uint32_t probability) {
+  return static_cast<std::uint32_t>((std::uint64_t{range} * probability) >> 16);
+}
+
 }  // namespace
 
 AdaptiveModel::AdaptiveModel(int symbol_count, std::uint32_t increment)
@@ -92,6 +97,21 @@ void ArithmeticEncoder::encode(int symbol, AdaptiveModel& model) {
 void ArithmeticEncoder::encode_bits(std::uint32_t bits, int count) {
   assert(count >= 0 && count <= 16 && bits < (1u << count));
   encode_interval(bits, 1, 1u << count);
+}
+
+void ArithmeticEncoder::encode_bit(bool bit, std::uint32_t probability) {
+  assert(probability >= 1 && probability <= 65535);
+  const std::uint32_t split = share(range_, probability);
+  if (bit) {
+    range_ = split;
+  } else {
+    low_ += split;
+    range_ -= split;
+  }
+  while (range_ < kMinRange) {
+    range_ <<= 8;
+    shift_low();
+  }
 }
 
 void ArithmeticEncoder::encode_interval(std::uint32_t low, std::uint32_t size,
@@ -178,6 +198,23 @@ std::uint32_t ArithmeticDecoder::decode_bits(int count) {
   const std::uint32_t bits = target(total);
   consume(bits, 1, total);
   return bits;
+}
+
+bool ArithmeticDecoder::decode_bit(std::uint32_t probability) {
+  assert(probability >= 1 && probability <= 65535);
+  const std::uint32_t split = share(range_, probability);
+  const bool bit = code_ < split;
+  if (bit) {
+    range_ = split;
+  } else {
+    code_ -= split;
+    range_ -= split;
+  }
+  while (range_ < kMinRange) {
+    range_ <<= 8;
+    read_byte();
+  }
+  return bit;
 }
 
 bool ArithmeticDecoder::ends_exactly() const {

@@ -57,6 +57,8 @@ class ArithmeticEncoder {
   void encode(int symbol, AdaptiveModel& model);
   /// `count` <= 16 equiprobable bits, most significant first; bits < 2^count.
   void encode_bits(std::uint32_t bits, int count);
+  /// A bit whose probability of being 1 is `probability` / 65536, in 1 .. 65535.
+  void encode_bit(bool bit, std::uint32_t probability);
   /// Ends the code in the fewest bytes that decode to the same symbols whatever follows them; the
   /// encoder is then empty.
   [[nodiscard]] std::vector<std::uint8_t> finish();
@@ -81,6 +83,8 @@ class ArithmeticDecoder {
   [[nodiscard]] int decode(AdaptiveModel& model);
   /// `count` <= 16.
   [[nodiscard]] std::uint32_t decode_bits(int count);
+  /// See ArithmeticEncoder::encode_bit().
+  [[nodiscard]] bool decode_bit(std::uint32_t probability);
 
   /// True once the payload is known to be corrupt: the decoder is more bytes past the end than its
   /// 4 bytes of look-ahead, or the first 4 bytes are 0xFF. Stays true.

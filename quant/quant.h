@@ -46,6 +46,11 @@ struct QuantizerOptions {
 [[nodiscard]] std::vector<Vec3> dequantize(std::span<const LatticePoint> points, double step,
                                            double tangential_ratio = 1, double shrink = 0);
 
+/// The same with a shrink for each of the magnitudes 1, 2, and more; each in [-0.5, 0.5].
+[[nodiscard]] std::vector<Vec3> dequantize(std::span<const LatticePoint> points, double step,
+                                           double tangential_ratio,
+                                           const std::array<double, 3>& shrinks);
+
 /// The product code of a band, as two integer sequences that are coded apart.
 ///
 /// prefix[i]  0 for the null vector; z if the tangential part is 0 (any sign); else the L1 norm K.

@@ -56,6 +56,7 @@ TEST(ParseEncode, TakesEveryOption) {
       "120 --repair strict --threads 2 --report r.json --samples 2000 -f -v -o out.ncr scan.obj");
   EXPECT_EQ(command.size_bytes, 6144u);
   EXPECT_FALSE(command.bits_per_input_vertex.has_value());
+  EXPECT_EQ(command.profile, codec::Profile::kPaper);
   EXPECT_EQ(command.transform, wavelet::Transform::kLoop);
   EXPECT_EQ(command.theta_degrees, 0.5);
   EXPECT_EQ(command.remesh.levels, 4);
@@ -93,7 +94,7 @@ TEST(ParseEncode, RefusesWhatItCannotDo) {
   refused("encode a -o b.ncr --size=");
   refused("encode a -o b.ncr --size 0");
   refused("encode a -o b.ncr --repair most");
-  refused("encode a -o b.ncr --profile best");
+  refused("encode a -o b.ncr --profile worst");
   for (const char* bad : {"0", "-1", "nan", "inf", "x", "1e400"}) {
     refused(std::string("encode a -o b.ncr --bits-per-vertex ") + bad);
   }

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <string>
 
 #include "synthetic.h"
 
@@ -26,6 +27,20 @@ const SemiRegularMesh& sphere_like() {
   return mesh;
 }
 
+/// What holds for every profile.
+class EveryProfile : public testing::TestWithParam<Profile> {
+ protected:
+  static EncodeOptions options() { return {.profile = GetParam()}; }
+  static Encoded encode_at(const SemiRegularMesh& mesh, std::size_t bytes) {
+    return encode_to(mesh, bytes, options());
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Codec, EveryProfile, testing::Values(Profile::kPaper, Profile::kBest),
+                         [](const testing::TestParamInfo<Profile>& profile) {
+                           return std::string(profile.param == Profile::kPaper ? "Paper" : "Best");
+                         });
+
 bool same_bits(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3)) == 0;
 }
@@ -41,11 +56,11 @@ double mean_squared_to_nearest(const std::vector<Vec3>& a, const std::vector<Vec
   return sum / static_cast<double>(a.size());
 }
 
-TEST(Codec, DecodedMeshIsTheInputWithinTheReportedError) {
+TEST_P(EveryProfile, DecodedMeshIsTheInputWithinTheReportedError) {
   for (const Scan& base : {shapes::torus(6, 5), shapes::grid(4, 3), shapes::icosahedron()}) {
     SemiRegularMesh mesh = synthetic::normal_mesh(base, {.levels = 3, .amplitude = 0.05});
     mesh.origin = Vec3(500000.25, 4649776.5, -3);
-    const Encoded encoded = encode_to(mesh, 1500);
+    const Encoded encoded = encode_at(mesh, 1500);
     const auto decoded = decode(encoded.bytes);
     ASSERT_TRUE(decoded.has_value()) << decoded.error().message;
     EXPECT_EQ(decoded->origin, mesh.origin);
@@ -60,26 +75,26 @@ TEST(Codec, DecodedMeshIsTheInputWithinTheReportedError) {
   }
 }
 
-TEST(Codec, MoreBytesMeanLessError) {
+TEST_P(EveryProfile, MoreBytesMeanLessError) {
   double previous = 1e300;
   for (const std::size_t bytes : {600u, 1200u, 2500u, 5000u, 10000u, 20000u}) {
-    const Encoded encoded = encode_to(sphere_like(), bytes);
+    const Encoded encoded = encode_at(sphere_like(), bytes);
     EXPECT_LT(encoded.report.measured_distortion, previous) << bytes;
     previous = encoded.report.measured_distortion;
   }
 }
 
-TEST(Codec, HighRateReachesTheFloatingPointNoise) {
+TEST_P(EveryProfile, HighRateReachesTheFloatingPointNoise) {
   const SemiRegularMesh mesh = synthetic::normal_mesh(shapes::icosahedron(), {.levels = 2});
-  const Encoded encoded = encode_to(mesh, 1 << 20);
+  const Encoded encoded = encode_at(mesh, 1 << 20);
   EXPECT_LT(std::sqrt(encoded.report.measured_distortion), 1e-5);
 }
 
-TEST(Codec, SizeIsNeverAboveAndCloseBelow) {
+TEST_P(EveryProfile, SizeIsNeverAboveAndCloseBelow) {
   synthetic::Random random(3);
   for (int i = 0; i < 12; ++i) {
     const auto target = static_cast<std::size_t>(500 * std::exp2(6 * random.uniform()));
-    const Encoded encoded = encode_to(sphere_like(), target);
+    const Encoded encoded = encode_at(sphere_like(), target);
     EXPECT_EQ(encoded.bytes.size(), encoded.report.bytes);
     EXPECT_LE(encoded.bytes.size(), target);
     const double unused =
@@ -88,15 +103,15 @@ TEST(Codec, SizeIsNeverAboveAndCloseBelow) {
   }
 }
 
-TEST(Codec, PredictionIsWithinFivePercent) {
+TEST_P(EveryProfile, PredictionIsWithinFivePercent) {
   for (const std::size_t bytes : {1000u, 2000u, 4000u, 8000u, 16000u, 32000u}) {
-    const EncodeReport report = encode_to(sphere_like(), bytes).report;
+    const EncodeReport report = encode_at(sphere_like(), bytes).report;
     EXPECT_NEAR(report.predicted_distortion / report.measured_distortion, 1, 0.05) << bytes;
   }
 }
 
-TEST(Codec, ReportAddsUp) {
-  const Encoded encoded = encode_to(sphere_like(), 4000);
+TEST_P(EveryProfile, ReportAddsUp) {
+  const Encoded encoded = encode_at(sphere_like(), 4000);
   const EncodeReport& r = encoded.report;
   double bits = 8.0 * static_cast<double>(r.bytes_header + r.bytes_base);
   for (const BandReport& band : r.bands) bits += band.bits;
@@ -113,50 +128,61 @@ TEST(Codec, ReportAddsUp) {
   EXPECT_LE(r.bytes_header, 64u);
 }
 
-TEST(Codec, FixedBaseBitsAreKept) {
+TEST_P(EveryProfile, FixedBaseBitsAreKept) {
   for (const int bits : {6, 9, 14}) {
-    const Encoded encoded = encode_to(sphere_like(), 4000, {.base_bits = bits});
+    const Encoded encoded =
+        encode_to(sphere_like(), 4000, {.profile = GetParam(), .base_bits = bits});
     EXPECT_LE(encoded.report.base_bits, bits);
     EXPECT_GE(encoded.report.base_bits, bits - 1);
   }
 }
 
-TEST(Codec, LoopTransformIsPassedThrough) {
+TEST_P(EveryProfile, LoopTransformIsPassedThrough) {
   const SemiRegularMesh mesh = synthetic::normal_mesh(shapes::icosahedron(), {.levels = 3});
-  const Encoded encoded = encode_to(mesh, 2000, {.transform = wavelet::Transform::kLoop});
+  const Encoded encoded =
+      encode_to(mesh, 2000, {.profile = GetParam(), .transform = wavelet::Transform::kLoop});
   EXPECT_EQ(inspect(encoded.bytes)->transform, wavelet::Transform::kLoop);
   EXPECT_LT(std::sqrt(encoded.report.measured_distortion), 0.01);
 }
 
-TEST(Codec, SameBytesAtAnyThreadCount) {
+TEST_P(EveryProfile, SameBytesAtAnyThreadCount) {
   std::vector<Bytes> results;
   for (const std::size_t threads : {1u, 2u, 4u}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    results.push_back(encode_to(sphere_like(), 3000).bytes);
+    results.push_back(encode_at(sphere_like(), 3000).bytes);
   }
   EXPECT_EQ(results[0], results[1]);
   EXPECT_EQ(results[0], results[2]);
 }
 
-TEST(Codec, ScaleCostsNothing) {
+TEST_P(EveryProfile, ScaleCostsNothing) {
   SemiRegularMesh mesh = synthetic::normal_mesh(shapes::icosahedron(), {.levels = 3});
-  const Bytes plain = encode_to(mesh, 1000).bytes;
+  const Bytes plain = encode_at(mesh, 1000).bytes;
   for (Vec3& p : mesh.positions) p *= 1024;
-  const Encoded scaled = encode_to(mesh, 1000);
+  const Encoded scaled = encode_at(mesh, 1000);
   EXPECT_EQ(plain.size(), scaled.bytes.size());
 }
 
-TEST(Codec, FlatMeshCodesNoDetail) {
+TEST_P(EveryProfile, FlatMeshCodesNoDetail) {
   const Scan base = shapes::grid(4, 4);
   SemiRegularMesh mesh{base.triangles, 25, 2, base.positions, Vec3::Zero()};
   const Topology topology = *Topology::build(mesh.base_triangles, 25, 2);
   for (int j = 0; j < 2; ++j)
     for (const Edge& e : topology.level(j).edges)
       mesh.positions.push_back((mesh.positions[e.vertex[0]] + mesh.positions[e.vertex[1]]) / 2);
-  const Encoded encoded = encode_to(mesh, 1000);
+  const Encoded encoded = encode_at(mesh, 1000);
   const auto decoded = decode(encoded.bytes);
   ASSERT_TRUE(decoded.has_value());
   for (const Vec3& p : decoded->positions) EXPECT_NEAR(p[2], 0, 1e-6);
+}
+
+TEST(Codec, BestIsBetterThanPaper) {
+  for (const std::size_t bytes : {800u, 1500u, 3000u, 6000u, 12000u}) {
+    const auto error = [&](Profile profile) {
+      return encode_to(sphere_like(), bytes, {.profile = profile}).report.measured_distortion;
+    };
+    EXPECT_LT(error(Profile::kBest), 0.97 * error(Profile::kPaper)) << bytes;
+  }
 }
 
 TEST(Codec, RefusesWhatItCannotDo) {
@@ -180,25 +206,26 @@ TEST(Codec, RefusesWhatItCannotDo) {
   EXPECT_EQ(code(bad, {.target_bytes = 1000}), ErrorCode::kBadInput);
 }
 
-TEST(Codec, SmallestSizeNamedIsReachable) {
+TEST_P(EveryProfile, SmallestSizeNamedIsReachable) {
   const SemiRegularMesh mesh = synthetic::normal_mesh(shapes::icosahedron(), {.levels = 2});
-  const auto refused = encode(mesh, {.target_bytes = 10});
+  const auto refused = encode(mesh, {.profile = GetParam(), .target_bytes = 10});
   ASSERT_FALSE(refused.has_value());
   const std::size_t smallest = refused.error().where;
-  EXPECT_LE(encode_to(mesh, smallest).bytes.size(), smallest);
+  EXPECT_LE(encode_at(mesh, smallest).bytes.size(), smallest);
 }
 
-TEST(Codec, CancelStopsIt) {
+TEST_P(EveryProfile, CancelStopsIt) {
   const std::atomic<bool> stop{true};
   RunContext context;
   context.cancel = &stop;
-  const auto encoded = encode(sphere_like(), {.target_bytes = 4000}, context);
+  const auto encoded =
+      encode(sphere_like(), {.profile = GetParam(), .target_bytes = 4000}, context);
   ASSERT_FALSE(encoded.has_value());
   EXPECT_EQ(encoded.error().code, ErrorCode::kCancelled);
 }
 
-TEST(Codec, CoarserLevelsArePrefixesOfTheirOwn) {
-  const Encoded encoded = encode_to(sphere_like(), 6000);
+TEST_P(EveryProfile, CoarserLevelsArePrefixesOfTheirOwn) {
+  const Encoded encoded = encode_at(sphere_like(), 6000);
   const auto info = inspect(encoded.bytes);
   ASSERT_TRUE(info.has_value());
   for (std::size_t j = 0; j < info->levels.size(); ++j) {

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "codec/best_coder.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+
+#include "base/parallel.h"
+
+namespace nacre::codec {
+namespace {
+
+using entropy::DetailPoint;
+
+constexpr double kCostUnit = 1.0 / 4096;  // of DetailEncoder's costs, in bits
+
+/// What choosing one band's integers needs.
+struct BandJob {
+  std::span<const Vec3> details;
+  double step = 1, tangential_step = 1;
+  double lambda = 0;  ///< squared error of the band that one bit is worth
+  bool has_tangential = false;
+};
+
+/// Among the nearest integer, the one below it, and zero: the least error + lambda * bits.
+std::int32_t choose_normal(entropy::DetailEncoder& encoder, const entropy::DetailContext& context,
+                           double detail, double step, double lambda) {
+  const double x = std::min(std::abs(detail) / step, double{entropy::kMaxDetail});
+  const auto nearest = static_cast<std::int32_t>(x + 0.5);
+  if (nearest == 0) return 0;
+  std::int32_t best = 0;
+  double least = 0;
+  for (const std::int32_t q : {nearest, nearest - 1, 0}) {
+    const std::int32_t value = detail < 0 ? -q : q;
+    const double bits = kCostUnit * static_cast<double>(encoder.normal_cost(context, value));
+    const double loss = (x - q) * (x - q) * step * step + lambda * bits;
+    if (q == nearest || loss < least) {
+      least = loss;
+      best = value;
+    }
+    if (q == 0) break;
+  }
+  return best;
+}
+
+/// Each tangential component at its nearest integer or zero.
+DetailPoint choose_tangential(entropy::DetailEncoder& encoder,
+                              const entropy::DetailContext& context, const Vec3& detail,
+                              std::int32_t normal, const BandJob& job) {
+  std::array<std::int32_t, 2> nearest{};
+  std::array<double, 2> x{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    x[i] = std::clamp(detail[static_cast<int>(i) + 1] / job.tangential_step,
+                      -double{entropy::kMaxDetail}, double{entropy::kMaxDetail});
+    nearest[i] = static_cast<std::int32_t>(std::lround(x[i]));
+  }
+  DetailPoint best = {normal, 0, 0};
+  if (nearest[0] == 0 && nearest[1] == 0) return best;
+  double least = 0;
+  for (unsigned choice = 0; choice < 4; ++choice) {
+    DetailPoint point = {normal, 0, 0};
+    double loss = 0;
+    bool is_new = true;
+    for (std::size_t i = 0; i < 2; ++i) {
+      if ((choice >> i & 1u) != 0) {
+        point[1 + i] = nearest[i];
+        is_new &= nearest[i] != 0;
+      }
+      const double error = (x[i] - point[1 + i]) * job.tangential_step;
+      loss += error * error;
+    }
+    if (!is_new) continue;
+    loss += job.lambda * kCostUnit * static_cast<double>(encoder.tangential_cost(context, point));
+    if (choice == 0 || loss < least) {
+      least = loss;
+      best = point;
+    }
+  }
+  return best;
+}
+
+std::size_t shrink_class(std::int32_t magnitude) {
+  return static_cast<std::size_t>(std::min(magnitude, 3) - 1);
+}
+
+/// The reconstruction offsets with the least squared error, as entropy::DetailBand has them.
+std::array<int, 3> best_shrinks(const BandJob& job, std::span<const DetailPoint> points) {
+  std::array<double, 3> sum{}, count{};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::int32_t magnitude = std::abs(points[i][k]);
+      if (magnitude == 0 || magnitude >= entropy::kMaxDetail) continue;
+      const double step = k == 0 ? job.step : job.tangential_step;
+      const double weight = step * step / (job.step * job.step);
+      const double x = job.details[i][static_cast<int>(k)] / step;
+      sum[shrink_class(magnitude)] += weight * (magnitude - (points[i][k] < 0 ? -x : x));
+      count[shrink_class(magnitude)] += weight;
+    }
+  }
+  std::array<int, 3> shrinks{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (count[i] == 0) continue;
+    const auto nearest = static_cast<int>(std::lround(32 * sum[i] / count[i]));
+    shrinks[i] = std::clamp(nearest, entropy::kLeastShrink, entropy::kMostShrink);
+  }
+  return shrinks;
+}
+
+std::array<double, 3> as_steps(const std::array<int, 3>& shrinks) {
+  return {shrinks[0] / 32.0, shrinks[1] / 32.0, shrinks[2] / 32.0};
+}
+
+/// Codes a band into `model`; an empty payload, and a model without it, if leaving it out is
+/// better.
+CodedBand code_band(const BandJob& job, const entropy::BandPlace& place, int ratio_quarters,
+                    entropy::DetailModel& model) {
+  entropy::DetailModel before = model;
+  entropy::DetailEncoder encoder(model, place, job.has_tangential, ratio_quarters);
+  std::vector<DetailPoint> points(job.details.size());
+  std::size_t normal_only = 0;
+  for (std::uint32_t e = 0; e < points.size(); ++e) {
+    const Vec3& detail = job.details[e];
+    const auto context = encoder.look(e);
+    DetailPoint& point = points[e];
+    point[0] = choose_normal(encoder, context, detail[0], job.step, job.lambda);
+    if (job.has_tangential) point = choose_tangential(encoder, context, detail, point[0], job);
+    if (point[1] == 0 && point[2] == 0) ++normal_only;
+    encoder.put(context, point);
+  }
+  CodedBand band;
+  const auto shrinks = best_shrinks(job, points);
+  const double ratio = job.tangential_step / job.step;
+  band.payload = encoder.finish(shrinks);
+  band.decoded = quant::dequantize(points, job.step, ratio, as_steps(shrinks));
+  band.distortion = mean_squared_difference(job.details, band.decoded);
+  band.normal_only_fraction = static_cast<double>(normal_only) / static_cast<double>(points.size());
+
+  const std::vector<Vec3> zeros(points.size(), Vec3::Zero());
+  const double nothing = mean_squared_difference(job.details, zeros);
+  const double saved = (nothing - band.distortion) * static_cast<double>(points.size());
+  const double bits = 8.0 * static_cast<double>(band.payload.size() + 4);
+  if (saved > job.lambda * bits) return band;
+  model = std::move(before);
+  model.begin_band(place);
+  return {{}, zeros, nothing, 1};
+}
+
+}  // namespace
+
+Result<CodedGeometry> code_best(const Prepared& prepared, const BestSettings& settings,
+                                const std::vector<double>& gains) {
+  CodedGeometry coded;
+  coded.steps = settings.steps;
+  coded.base = encode_base(prepared.pyramid.base_positions, prepared.connectivity.decoded,
+                           settings.steps[0]);
+  const bool follows = prepared.transform == wavelet::Transform::kButterfly;
+  const Topology& topology = prepared.topology;
+  entropy::DetailModel model;
+  Pyramid decoded;
+  decoded.base_positions = coded.base.decoded;
+  std::vector<Vec3> coarse = coded.base.decoded;
+  int last_step = kNotCoded;
+  for (int j = 0; j < topology.level_count(); ++j) {
+    const auto band = static_cast<std::size_t>(j);
+    std::vector<Vec3> details;
+    if (follows) {
+      auto prediction = wavelet::predict(topology, j, coarse);
+      details.resize(prediction.points.size());
+      parallel_for_each_index(details.size(), [&](std::size_t i) {
+        const Vec3 vector = settings.closed_loop
+                                ? Vec3(prepared.positions[coarse.size() + i] - prediction.points[i])
+                                : prepared.vectors[band][i];
+        const Frame& f = prediction.frames[i];
+        details[i] = {dot(f.normal, vector), dot(f.tangent1, vector), dot(f.tangent2, vector)};
+      });
+      coded.frames.push_back(std::move(prediction.frames));
+    } else {
+      details = prepared.pyramid.bands[band];
+    }
+    const int step_index = settings.steps[band + 1];
+    const entropy::BandPlace place{
+        &topology.level(j), j > 0 ? &topology.level(j - 1) : nullptr, j,
+        last_step == kNotCoded || step_index == kNotCoded ? 0 : last_step - step_index};
+    if (step_index == kNotCoded) {
+      model.begin_band(place);
+      coded.bands.push_back(encode_band(details, kNotCoded, {}));
+    } else {
+      BandJob job;
+      job.details = details;
+      job.step = step_size(step_index);
+      job.tangential_step = job.step * BandInfo{0, settings.ratio_quarters}.tangential_ratio();
+      job.lambda = settings.lambda / gains[band + 1];
+      for (const Vec3& d : details)
+        job.has_tangential |= std::max(std::abs(d[1]), std::abs(d[2])) >= 0.5 * job.tangential_step;
+      coded.bands.push_back(code_band(job, place, settings.ratio_quarters, model));
+    }
+    last_step = coded.bands.back().payload.empty() ? kNotCoded : step_index;
+    coded.details.push_back(std::move(details));
+    decoded.bands.push_back(coded.bands.back().decoded);
+    auto finer = wavelet::synthesize(topology, decoded, prepared.transform, j + 1);
+    if (!finer) return finer.error();
+    coarse = std::move(*finer);
+  }
+  coded.error = mean_squared_difference(coarse, prepared.positions);
+  return coded;
+}
+
+}  // namespace nacre::codec

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Read me first: one number decides the size, the step Δ that an error on the finest mesh would be
+// quantised with. A part whose errors are multiplied by its gain E on their way there gets the step
+// Δ / sqrt(E), and a bit is worth λ = kLambda Δ² of squared error everywhere; then all parts are at
+// the same slope, and the search is along a line.
+#include "codec/best_encode.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "codec/assemble.h"
+#include "codec/best_coder.h"
+#include "codec/stream_format.h"
+
+namespace nacre::codec {
+namespace {
+
+/// λ / Δ². A uniform quantiser at high rate loses 2 ln 2 / 12 = 0.116 of its squared step per bit.
+constexpr double kLambda = 0.09;
+/// Steps go as E^-(kGainPower / 2): what coarse parts lose, finer ones that are coded win back.
+constexpr double kGainPower = 0.9;
+constexpr int kMaxTrials = 24;
+/// Room in the file that may stay unused.
+constexpr double kUnusedShare = 1.0 / 400;
+
+class BestEncoder {
+ public:
+  BestEncoder(const SemiRegularMesh& mesh, const EncodeOptions& options, const RunContext& context,
+              const Prepared& prepared);
+
+  Result<Encoded> run();
+
+ private:
+  /// A file, at a Δ of 2^(position / 32).
+  struct Trial {
+    double position = 0;
+    CodedGeometry coded;
+    std::vector<std::uint8_t> bytes;
+
+    [[nodiscard]] double log_size() const { return std::log(static_cast<double>(bytes.size())); }
+  };
+
+  /// The range of steps of one part, as indices.
+  struct StepRange {
+    int finest = 0, coarsest = 0;
+    bool is_empty = false;
+  };
+
+  [[nodiscard]] StepRange base_range() const;
+  [[nodiscard]] StepRange band_range(std::size_t band) const;
+  [[nodiscard]] double position_of(std::size_t part, int step_index) const;
+  /// Steps and λ at a position; the steps then moved by `offsets` indices.
+  Result<Trial> make_trial(double position, const std::vector<int>& offsets = {}) const;
+  /// Where sizes jump past the target: steps of single parts, as far as they fit.
+  Result<Trial> spend(Trial best) const;
+  [[nodiscard]] bool is_close(const Trial& trial) const {
+    return static_cast<double>(trial.bytes.size()) >=
+           static_cast<double>(options_.target_bytes) * (1 - kUnusedShare);
+  }
+  Result<Trial> search(Trial smallest) const;
+  [[nodiscard]] bool fits(const Trial& trial) const {
+    return trial.bytes.size() <= options_.target_bytes;
+  }
+
+  const SemiRegularMesh& mesh_;
+  const EncodeOptions& options_;
+  const RunContext& context_;
+  const Prepared& prepared_;
+  std::vector<double> gains_;  ///< of the base, then the bands
+  std::vector<StepRange> ranges_;
+  double finest_ = 0, coarsest_ = 0;  ///< positions between which anything changes
+};
+
+BestEncoder::BestEncoder(const SemiRegularMesh& mesh, const EncodeOptions& options,
+                         const RunContext& context, const Prepared& prepared)
+    : mesh_(mesh), options_(options), context_(context), prepared_(prepared) {
+  const auto gains = wavelet::regular_gains(prepared.topology.level_count(), prepared.transform);
+  for (const double energy : gains.energy) gains_.push_back(std::pow(energy, kGainPower));
+  ranges_.push_back(base_range());
+  for (std::size_t j = 0; j < prepared.pyramid.bands.size(); ++j) ranges_.push_back(band_range(j));
+  finest_ = position_of(0, ranges_[0].finest);
+  coarsest_ = position_of(0, ranges_[0].coarsest);
+  for (std::size_t i = 1; i < ranges_.size(); ++i) {
+    if (ranges_[i].is_empty) continue;
+    finest_ = std::min(finest_, position_of(i, ranges_[i].finest));
+    coarsest_ = std::max(coarsest_, position_of(i, ranges_[i].coarsest));
+  }
+}
+
+BestEncoder::StepRange BestEncoder::base_range() const {
+  const auto& positions = prepared_.pyramid.base_positions;
+  const int bits = options_.base_bits;
+  StepRange range;
+  range.coarsest = step_index_for_bits(positions, bits == 0 ? kMinBaseBits : bits);
+  range.finest = bits == 0 ? step_index_for_bits(positions, kMaxBaseBits) : range.coarsest;
+  return range;
+}
+
+BestEncoder::StepRange BestEncoder::band_range(std::size_t band) const {
+  double largest = 0;
+  for (const Vec3& d : prepared_.pyramid.bands[band]) largest = std::max(largest, norm(d));
+  // Rounding noise of a flat mesh is not worth a band, and may lie below the smallest step.
+  if (!(largest > 0x1p-190)) return {0, 0, true};
+  // Twice the largest detail rounds everything to zero; 22 bits below it integers end.
+  StepRange range;
+  range.coarsest = nearest_step_index(4 * largest);
+  range.finest = std::max(range.coarsest - 22 * kStepsPerOctave, -kMaxStepIndex);
+  return range;
+}
+
+double BestEncoder::position_of(std::size_t part, int step_index) const {
+  return step_index + 0.5 * kStepsPerOctave * std::log2(gains_[part]);
+}
+
+Result<BestEncoder::Trial> BestEncoder::make_trial(double position,
+                                                   const std::vector<int>& offsets) const {
+  BestSettings settings;
+  settings.lambda = kLambda * std::exp2(2 * position / kStepsPerOctave);
+  for (std::size_t i = 0; i < ranges_.size(); ++i) {
+    const double index = position - position_of(i, 0) + (offsets.empty() ? 0 : offsets[i]);
+    const StepRange& range = ranges_[i];
+    const bool is_left_out = range.is_empty || (i > 0 && index > range.coarsest);
+    settings.steps.push_back(is_left_out ? kNotCoded
+                                         : std::clamp(static_cast<int>(std::lround(index)),
+                                                      range.finest, range.coarsest));
+  }
+  auto coded = code_best(prepared_, settings, gains_);
+  if (!coded) return coded.error();
+  Trial trial;
+  trial.position = position;
+  trial.bytes = assemble(prepared_, *coded, Profile::kBest, mesh_.origin);
+  trial.coded = std::move(*coded);
+  return trial;
+}
+
+Result<BestEncoder::Trial> BestEncoder::search(Trial best) const {
+  const double target = static_cast<double>(options_.target_bytes);
+  // [large, small] brackets the target once `large` is there.
+  std::optional<Trial> large;
+  Trial small = best;
+  double stride = 4.0 * kStepsPerOctave;
+  for (int i = 0; i < kMaxTrials && !is_close(best); ++i) {
+    if (context_.cancelled()) return Error{ErrorCode::kCancelled, "encoding was cancelled", 0};
+    double position = 0;
+    if (!large) {
+      if (small.position <= finest_) return best;
+      position = std::max(small.position - stride, finest_);
+    } else {
+      const double gap = large->position - small.position;
+      if (std::abs(gap) < 1e-3) break;
+      // Sizes are close to exponential in the position, but jump where a step index changes.
+      const double share = (std::log(target) - small.log_size()) /
+                           std::max(large->log_size() - small.log_size(), 1e-9);
+      position = small.position + gap * std::clamp(share, 0.1, 0.9);
+    }
+    auto trial = make_trial(position);
+    if (!trial) return trial.error();
+    if (fits(*trial)) {
+      if (trial->coded.error < best.coded.error) best = *trial;
+      small = std::move(*trial);
+    } else {
+      large = std::move(*trial);
+    }
+    context_.report("choosing steps", std::min(0.95, (i + 1.0) / 14));
+  }
+  return spend(std::move(best));
+}
+
+Result<BestEncoder::Trial> BestEncoder::spend(Trial best) const {
+  std::vector<int> offsets(ranges_.size(), 0);
+  for (std::size_t part = 0; part < ranges_.size() && !is_close(best); ++part) {
+    if (ranges_[part].is_empty) continue;
+    for (int move = kStepsPerOctave / 2; move > 0 && !is_close(best); move /= 2) {
+      if (context_.cancelled()) return Error{ErrorCode::kCancelled, "encoding was cancelled", 0};
+      offsets[part] -= move;
+      auto trial = make_trial(best.position, offsets);
+      if (!trial) return trial.error();
+      if (fits(*trial) && trial->coded.error < best.coded.error) {
+        best = std::move(*trial);
+      } else {
+        offsets[part] += move;
+      }
+    }
+  }
+  return best;
+}
+
+Result<Encoded> BestEncoder::run() {
+  auto smallest = make_trial(coarsest_ + kStepsPerOctave);
+  if (!smallest) return smallest.error();
+  if (!fits(*smallest)) {
+    return Error{ErrorCode::kGoalUnreachable,
+                 "the base mesh alone takes " + std::to_string(smallest->bytes.size()) +
+                     " bytes, " + std::to_string(options_.target_bytes) + " were asked for",
+                 smallest->bytes.size()};
+  }
+  auto trial = search(std::move(*smallest));
+  if (!trial) return trial.error();
+  Encoded encoded;
+  encoded.report = describe(prepared_, trial->coded, trial->bytes.size());
+  encoded.report.lambda = -kLambda * std::exp2(2 * trial->position / kStepsPerOctave);
+  encoded.report.predicted_distortion = trial->coded.error;
+  for (std::size_t j = 0; j < encoded.report.bands.size(); ++j)
+    encoded.report.bands[j].gain = gains_[j + 1];
+  encoded.bytes = std::move(trial->bytes);
+  const auto decoded =
+      decode(encoded.bytes, {-1, std::numeric_limits<std::uint64_t>::max(), false});
+  if (!decoded) return decoded.error();
+  encoded.report.measured_distortion =
+      mean_squared_difference(decoded->positions, prepared_.positions);
+  return encoded;
+}
+
+}  // namespace
+
+Result<Encoded> encode_best(const SemiRegularMesh& mesh, const EncodeOptions& options,
+                            const RunContext& context, const Prepared& prepared) {
+  return BestEncoder(mesh, options, context, prepared).run();
+}
+
+}  // namespace nacre::codec

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "codec/codec.h"
+#include "codec/geometry_coder.h"
+
+namespace nacre::codec {
+
+/// encode() with Profile::kBest, for checked arguments.
+[[nodiscard]] Result<Encoded> encode_best(const SemiRegularMesh& mesh, const EncodeOptions& options,
+                                          const RunContext& context, const Prepared& prepared);
+
+}  // namespace nacre::codec

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "entropy/detail_coder.h"
+#include "entropy/detail_syntax.h"
+
+namespace nacre::entropy {
+namespace {
+
+struct Writer {
+  ArithmeticEncoder& encoder;
+
+  bool bit(MixedBit mixed, bool value) {
+    encoder.encode_bit(value, mixed.probability());
+    mixed.update(value);
+    return value;
+  }
+  std::uint32_t raw(int count, std::uint32_t bits) {
+    encoder.encode_bits(bits, count);
+    return bits;
+  }
+};
+
+/// Adds up what Writer would write; learns nothing.
+struct Counter {
+  std::uint64_t cost = 0;
+
+  bool bit(const MixedBit& mixed, bool value) {
+    cost += mixed.cost(value);
+    return value;
+  }
+  std::uint32_t raw(int count, std::uint32_t bits) {
+    cost += 4096u * static_cast<std::uint32_t>(count);
+    return bits;
+  }
+};
+
+}  // namespace
+
+DetailEncoder::DetailEncoder(DetailModel& model, const BandPlace& place, bool has_tangential,
+                             int ratio_quarters)
+    : model_(model), has_tangential_(has_tangential) {
+  model_.begin_band(place);
+  Writer writer{coder_};
+  writer.raw(1, has_tangential ? 1 : 0);
+  if (has_tangential) writer.raw(kRatioBits, static_cast<std::uint32_t>(ratio_quarters));
+}
+
+std::uint64_t DetailEncoder::normal_cost(const DetailContext& context, std::int32_t normal) {
+  Counter counter;
+  code_normal(counter, model_, context, normal);
+  return counter.cost;
+}
+
+std::uint64_t DetailEncoder::tangential_cost(const DetailContext& context,
+                                             const DetailPoint& point) {
+  if (!has_tangential_) return 0;
+  Counter counter;
+  code_tangential(counter, model_, context, point);
+  return counter.cost;
+}
+
+void DetailEncoder::put(const DetailContext& context, const DetailPoint& point) {
+  Writer writer{coder_};
+  code_detail(writer, model_, context, has_tangential_, point);
+  model_.set(context.detail, point);
+}
+
+std::vector<std::uint8_t> DetailEncoder::finish(const std::array<int, 3>& shrink_32nds) {
+  Writer writer{coder_};
+  for (const int shrink : shrink_32nds)
+    writer.raw(kShrinkBits, static_cast<std::uint32_t>(shrink + kShrinkZero));
+  return coder_.finish();
+}
+
+}  // namespace nacre::entropy

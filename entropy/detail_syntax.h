@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdlib>
+
+#include "entropy/detail_model.h"
+
+/// The order of a detail's bits, once for the encoder and the decoder. A Coder has
+///   bool bit(MixedBit bit, bool value)    codes the bit; a decoder returns its own
+///   uint32_t raw(int count, uint32_t bits)
+namespace nacre::entropy {
+
+/// A magnitude of at least 1: its class in unary, then where it lies in the class.
+template <class Coder, class IsAbove>
+std::int32_t code_magnitude(Coder& coder, std::int32_t magnitude, const IsAbove& is_above) {
+  int c = 0;
+  const int own = magnitude > 0 ? magnitude_class(magnitude) : 0;
+  while (c < kMagnitudeClasses - 1 && coder.bit(is_above(c), own > c)) ++c;
+  std::int32_t rest = magnitude - least_of_class(c), value = 0;
+  for (int left = raw_bits_of_class(c); left > 0;) {
+    const int count = left < 16 ? left : 16;
+    left -= count;
+    const auto piece = static_cast<std::uint32_t>(rest >> left) & 0xFFFFu;
+    value |= static_cast<std::int32_t>(coder.raw(count, piece)) << left;
+    rest &= (1 << left) - 1;
+  }
+  return least_of_class(c) + value;
+}
+
+template <class Coder>
+std::int32_t code_normal(Coder& coder, DetailModel& model, const DetailContext& context,
+                         std::int32_t normal) {
+  if (!coder.bit(model.is_nonzero(context), normal != 0)) return 0;
+  const bool negative = coder.bit(model.is_negative(context), normal < 0);
+  const std::int32_t magnitude = code_magnitude(
+      coder, std::abs(normal), [&](int c) { return model.is_above(context, negative, c); });
+  return negative ? -magnitude : magnitude;
+}
+
+template <class Coder>
+DetailPoint code_tangential(Coder& coder, DetailModel& model, const DetailContext& context,
+                            DetailPoint point) {
+  const bool any =
+      coder.bit(model.has_tangential(context, point[0] == 0), point[1] != 0 || point[2] != 0);
+  if (!any) return {point[0], 0, 0};
+  for (int i = 0; i < 2; ++i) {
+    std::int32_t& value = point[static_cast<std::size_t>(1 + i)];
+    // One of the two is there: if not across, then along.
+    const bool is_certain = i == 1 && point[1] == 0;
+    if (!is_certain && !coder.bit(model.tangential_is_nonzero(context, i), value != 0)) {
+      value = 0;
+      continue;
+    }
+    const bool negative = coder.bit(model.tangential_is_negative(context, i), value < 0);
+    value = code_magnitude(coder, std::abs(value),
+                           [&](int c) { return model.tangential_is_above(context, i, c); });
+    if (negative) value = -value;
+  }
+  return point;
+}
+
+template <class Coder>
+DetailPoint code_detail(Coder& coder, DetailModel& model, const DetailContext& context,
+                        bool has_tangential, DetailPoint point) {
+  point[0] = code_normal(coder, model, context, point[0]);
+  if (has_tangential) return code_tangential(coder, model, context, point);
+  return {point[0], 0, 0};
+}
+
+inline constexpr int kShrinkBits = 4, kShrinkZero = 8, kRatioBits = 4;
+
+}  // namespace nacre::entropy
