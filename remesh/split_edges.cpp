@@ -14,12 +14,21 @@ namespace {
 /// Shares of the extent: shorter sides would cut needles to dust; less area is rounding.
 constexpr double kLeastSide = 1e-3, kLeastArea = 1e-15;
 
-/// One order of all edges, the same seen from either face: by length, then by vertex ids.
-using EdgeKey = std::tuple<double, std::uint32_t, std::uint32_t>;
+/// One order of all edges, the same seen from either face: by length, then by vertex ids. The ids
+/// are mixed first: in a regular strip of equal edges, ids as they are would let each edge wait for
+/// the one before it.
+using EdgeKey = std::tuple<double, std::uint64_t, std::uint32_t>;
+
+std::uint64_t mixed(std::uint64_t x) {  // [Steele2014] SplitMix64
+  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
+  x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
+  return x ^ (x >> 31);
+}
 
 EdgeKey key_of_side(const Scan& scan, const Triangle& t, std::uint32_t k) {
   const std::uint32_t a = std::min(t[k], t[(k + 1) % 3]), b = std::max(t[k], t[(k + 1) % 3]);
-  return {(scan.positions[a] - scan.positions[b]).squaredNorm(), a, b};
+  return {(scan.positions[a] - scan.positions[b]).squaredNorm(),
+          mixed((std::uint64_t{a} << 32 | b) + 0x9E3779B97F4A7C15u), a};
 }
 
 std::uint32_t longest_side(const Scan& scan, const Triangle& t) {
@@ -71,8 +80,8 @@ bool split_once(CleanScan& cleaned, double longest) {
 
 }  // namespace
 
-void split_long_edges(CleanScan& cleaned, double longest) {
-  while (split_once(cleaned, longest)) {
+void split_long_edges(CleanScan& cleaned, double longest, std::size_t most_triangles) {
+  while (cleaned.scan.triangles.size() < most_triangles && split_once(cleaned, longest)) {
   }
 }
 

@@ -6,12 +6,14 @@
 namespace nacre::remesh {
 
 /// Splits edges longer than `longest` in the middle, each time all those that are the longest side
-/// of every face they have, until none is left. The surface stays the same; what was one large or
-/// long triangle gets vertices inside, which simplification and parameterisation need to see it.
+/// of every face they have, until none is left or `most_triangles` is passed (needles, which get
+/// many more triangles than their area asks for; then there are at most twice as many). The surface
+/// stays the same; what was one large or long triangle gets vertices inside, which simplification
+/// and parameterisation need to see it.
 ///
 /// Ensures  oriented manifolds stay so; kept vertices keep their ids; new faces know their piece.
 /// Source   longest-edge bisection [Rivara1984].
-void split_long_edges(CleanScan& cleaned, double longest);
+void split_long_edges(CleanScan& cleaned, double longest, std::size_t most_triangles = SIZE_MAX);
 
 /// The side of the equilateral triangles of which `count` would cover the scan, but at least a
 /// thousandth of its extent; 0 for a scan without area.

@@ -26,5 +26,17 @@ INSTANTIATE_TEST_SUITE_P(Small, RealScan,
                          ::testing::Values("bunny_res3.ply", "drill_shaft.ply", "conrod.stl",
                                            "fandisk.obj"));
 
+/// Slow because each needle must be cut along its length.
+TEST(Remesh, NeedlesComeOutOrAreRefused) {
+  Scan scan = shapes::grid(30, 3);
+  for (Vec3& p : scan.positions) p[0] *= 1e-9;
+  const auto out = remesh(scan, testing::options_of(20, 2));
+  if (out) {
+    testing::expect_healthy(*out);
+  } else {
+    EXPECT_EQ(out.error().code, ErrorCode::kGeometryRefused);
+  }
+}
+
 }  // namespace
 }  // namespace nacre::remesh

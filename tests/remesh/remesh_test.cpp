@@ -131,24 +131,19 @@ Scan renumbered(const Scan& scan) {
 TEST(Remesh, ChangesOnlyByNoiseUnderMotionsScaleAndNumbering) {
   const Scan scan = three_pieces();
   const double error = final_error(scan, plain_remesh());
-  Scan half_turned = renumbered(rotated(scan)), far = scan;
+  Scan other = renumbered(rotated(scan));
   TestRandom random(1);
-  for (Triangle& t : half_turned.triangles)
+  for (Triangle& t : other.triangles)
     if (random.below(2) == 0) std::swap(t[0], t[1]);
-  for (Vec3& p : far.positions) p = 1000 * p + Vec3(1e6, -1e6, 1e6);
-  const std::vector<std::tuple<std::string, Scan, double>> changed = {
-      {"rotated, renumbered, half turned over", half_turned, 1}, {"scaled and moved", far, 1000}};
-  for (const auto& [name, other, scale] : changed) {
-    SCOPED_TRACE(name);
-    const auto out = remesh(other, options_of(kBase, kLevels));
-    ASSERT_TRUE(out.has_value());
-    expect_healthy(*out);
-    EXPECT_EQ(out->clean.pieces, 3u);
-    EXPECT_EQ(out->clean.genus, 1);
-    EXPECT_EQ(out->clean.boundary_loops, 1u);
-    const double ratio = final_error(other, *out) / scale / error;
-    EXPECT_LT(std::abs(20 * std::log10(ratio)), 3) << "ratio " << ratio;
-  }
+  for (Vec3& p : other.positions) p = 1000 * p + Vec3(1e6, -1e6, 1e6);
+  const auto out = remesh(other, options_of(kBase, kLevels));
+  ASSERT_TRUE(out.has_value());
+  expect_healthy(*out);
+  EXPECT_EQ(out->clean.pieces, 3u);
+  EXPECT_EQ(out->clean.genus, 1);
+  EXPECT_EQ(out->clean.boundary_loops, 1u);
+  const double ratio = final_error(other, *out) / 1000 / error;
+  EXPECT_LT(std::abs(20 * std::log10(ratio)), 3) << "ratio " << ratio;
 }
 
 /// Each broken in its own way, side by side.
@@ -186,24 +181,13 @@ Scan broken_pieces() {
 
 TEST(Remesh, BrokenPiecesSideBySideComeOutHealthy) {
   const Scan scan = broken_pieces();
-  const auto out = remesh(scan, options_of(300, 2));
+  const auto out = remesh(scan, options_of(200, 2));
   ASSERT_TRUE(out.has_value()) << out.error().message;
   expect_healthy(*out);
   EXPECT_EQ(out->clean.pieces, 14u);  // one more each for the bow tie and the fin
   EXPECT_EQ(out->clean.closed_pieces, 10u);
   EXPECT_EQ(out->clean.genus, 2);  // needles and smallest torus; the pinched one has none left
   EXPECT_LT(final_error(scan, *out), 0.05);
-}
-
-TEST(Remesh, NeedlesComeOutOrAreRefused) {
-  Scan scan = shapes::grid(30, 3);
-  for (Vec3& p : scan.positions) p[0] *= 1e-9;
-  const auto out = remesh(scan, options_of(20, 2));
-  if (out) {
-    expect_healthy(*out);
-  } else {
-    EXPECT_EQ(out.error().code, ErrorCode::kGeometryRefused);
-  }
 }
 
 }  // namespace

@@ -64,6 +64,14 @@ TEST(SplitLongEdges, GivesNewTrianglesTheirPiece) {
               cleaned.scan.positions[cleaned.scan.triangles[f][0]][0] > 5 ? 1u : 0u);
 }
 
+TEST(SplitLongEdges, StopsPastTheMostTriangles) {
+  CleanScan cleaned = *clean(shapes::sphere(2));
+  split_long_edges(cleaned, 1e-6, 5000);
+  EXPECT_GE(cleaned.scan.triangles.size(), 5000u);
+  EXPECT_LE(cleaned.scan.triangles.size(), 10'000u);
+  EXPECT_EQ(testing::facts_of(cleaned.scan).defect, "");
+}
+
 TEST(SideForCount, CoversTheScan) {
   const Scan scan = shapes::grid(10, 10);
   const double side = side_for_count(scan, 400);
