@@ -59,6 +59,7 @@ Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext
     return Error{ErrorCode::kBadInput, "levels must be 0 .. 12", 0};
   if (options.base_vertices < 0)
     return Error{ErrorCode::kBadInput, "base vertices must not be negative", 0};
+  if (!options.predict) return Error{ErrorCode::kBadInput, "a prediction is required", 0};
   Remesh out;
   Stopwatch watch(out.costs);
   auto cleaned = clean(scan, options.repair);

@@ -60,6 +60,7 @@ TEST(Remesh, RefusesByKind) {
     EXPECT_EQ(out.error().code, ErrorCode::kBadInput);
   }
   EXPECT_EQ(remesh(sphere, options_of(-3, 2)).error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(remesh(sphere, {}).error().code, ErrorCode::kBadInput);  // no prediction
   Scan broken = sphere;
   broken.positions[7][0] = std::nan("");
   EXPECT_EQ(remesh(broken, options_of(20, 2)).error().code, ErrorCode::kBadInput);
