@@ -19,7 +19,7 @@ using Json = nlohmann::json;
 
 struct Settings {
   std::vector<std::string> meshes;
-  std::string nacre = NACRE_COMMAND, size;
+  std::string profile = "best", nacre = NACRE_COMMAND, size;
   double bits_per_input_vertex = 4;
   double timeout_seconds = 300;
 };
@@ -82,6 +82,7 @@ Runs run_mesh(const std::string& mesh, const Settings& settings) {
   } else {
     encode.insert(encode.end(), {"--size", settings.size});
   }
+  encode.insert(encode.end(), {"--profile", settings.profile});
   Runs runs;
   runs.encode = run_child(encode, settings.timeout_seconds);
   if (!runs.encode.ok()) return runs;
@@ -137,6 +138,7 @@ int main_of(int argc, char** argv) {
   auto* bits =
       app.add_option("--bits-per-vertex", settings.bits_per_input_vertex)->capture_default_str();
   app.add_option("--size", settings.size, "Whole-file size instead, e.g. 16k")->excludes(bits);
+  app.add_option("--profile", settings.profile, "As nacre encode takes it")->capture_default_str();
   app.add_option("--timeout", settings.timeout_seconds, "Seconds for one command")
       ->capture_default_str();
   app.add_option("--nacre", settings.nacre, "The command")->capture_default_str();

@@ -17,7 +17,7 @@ namespace {
 struct Settings {
   std::vector<std::string> meshes;
   std::vector<int> threads = {1, 2};
-  std::string nacre = NACRE_COMMAND;
+  std::string profile = "best", nacre = NACRE_COMMAND;
   double bits_per_input_vertex = 4;
   double timeout_seconds = 300;
 };
@@ -62,6 +62,7 @@ int main_of(int argc, char** argv) {
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--bits-per-vertex", settings.bits_per_input_vertex)->capture_default_str();
+  app.add_option("--profile", settings.profile, "As nacre encode takes it")->capture_default_str();
   app.add_option("--timeout", settings.timeout_seconds, "Seconds for one encoding")
       ->capture_default_str();
   app.add_option("--nacre", settings.nacre, "The command")->capture_default_str();

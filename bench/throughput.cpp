@@ -45,8 +45,14 @@ Input make_input(const std::string& file) {
   return {std::move(scan), std::move(mesh), std::move(topology), std::move(pyramid)};
 }
 
-std::vector<std::uint8_t> encode(const Input& input, double bits_per_input_vertex) {
+using codec::Profile;
+
+const char* name_of(Profile profile) { return profile == Profile::kPaper ? "paper" : "best"; }
+
+std::vector<std::uint8_t> encode(const Input& input, Profile profile,
+                                 double bits_per_input_vertex) {
   codec::EncodeOptions options;
+  options.profile = profile;
   options.target_bytes = static_cast<std::size_t>(
       bits_per_input_vertex * static_cast<double>(input.scan.positions.size()) / 8);
   return expect(codec::encode(input.mesh, options)).bytes;
@@ -67,10 +73,12 @@ void add(const std::string& name, const Input& input, bool is_parallel, const Bo
 }
 
 void add_decoding(const Input& input) {
-  for (const double bits : {1.0, 4.0, 8.0}) {
-    const std::vector<std::uint8_t> bytes = encode(input, bits);
-    add(fmt::format("decode/{}_bits_per_input_vertex", bits), input, false,
-        [bytes] { return codec::decode(bytes); });
+  for (const Profile profile : {Profile::kPaper, Profile::kBest}) {
+    for (const double bits : {1.0, 4.0, 8.0}) {
+      const std::vector<std::uint8_t> bytes = encode(input, profile, bits);
+      add(fmt::format("decode/{}/{}_bits_per_input_vertex", name_of(profile), bits), input, false,
+          [bytes] { return codec::decode(bytes); });
+    }
   }
   add("decode/topology_alone", input, false, [&input] {
     return Topology::build(input.mesh.base_triangles, input.mesh.base_vertex_count,
@@ -90,9 +98,10 @@ void add_encoding(const Input& input) {
     options.predict = wavelet::predict;
     return remesh::remesh(input.scan, options);
   });
-  for (const double bits : {1.0, 4.0})
-    add(fmt::format("encode/codec_{}_bits_per_input_vertex", bits), input, true,
-        [&input, bits] { return encode(input, bits); });
+  for (const Profile profile : {Profile::kPaper, Profile::kBest})
+    for (const double bits : {1.0, 4.0})
+      add(fmt::format("encode/codec/{}/{}_bits_per_input_vertex", name_of(profile), bits), input,
+          true, [&input, profile, bits] { return encode(input, profile, bits); });
 }
 
 int main_of(int argc, char** argv) {
