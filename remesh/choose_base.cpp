@@ -21,7 +21,9 @@ struct Setting {
 /// In the order in which they are tried.
 constexpr std::array<Setting, 4> kSettings = {{{0.3, 0.4}, {1.0, 0.2}, {0.1, 0.2}, {1.0, 0.4}}};
 
-constexpr int kTrialLevels = 3;
+/// Trials go this far, or as far as gives them this many triangles for each one of the scan.
+constexpr int kTrialLevels = 4;
+constexpr std::size_t kTrialTriangles = 3;
 constexpr std::size_t kTrialSamples = 20'000;
 /// A semi-regular mesh's error falls with the power of its size: 8 dB a level on healthy ones.
 constexpr double kErrorPerSize = 0.66;
@@ -45,10 +47,12 @@ constexpr double kDearer = 8;
 
 struct Trial {
   SimplifyOptions options;
-  std::optional<Parameterisation> map;
+  Parameterisation map;  // without triangles if none could be made
   std::vector<std::uint32_t>
       unhealthy;  // per base triangle: not 0 where it folds or misses the scan
   double figure = std::numeric_limits<double>::infinity();
+
+  [[nodiscard]] bool made() const { return !map.base.triangles.empty(); }
 };
 
 /// Every so-manyth vertex of `from`, and its distance to the surface of `tree`.
@@ -83,6 +87,14 @@ Scan centroids(const Scan& mesh) {
   return out;
 }
 
+int trial_levels(const Scan& scan, const BaseMesh& base) {
+  int levels = kTrialLevels;
+  while (levels > 1 &&
+         (base.triangles.size() << (2 * levels)) > kTrialTriangles * scan.triangles.size())
+    --levels;
+  return levels;
+}
+
 Trial attempt(const Scan& scan, const LineTree& tree, const SimplifyOptions& options,
               const Importance& importance, const LevelPredictor& predict,
               const RunContext& context) {
@@ -93,23 +105,23 @@ Trial attempt(const Scan& scan, const LineTree& tree, const SimplifyOptions& opt
   parameterise(scan, *map, context);
   relax(scan, *map, {}, context);
   trial.map = std::move(*map);
-  const SurfaceMap surface_map(scan, *trial.map);
+  const SurfaceMap surface_map(scan, trial.map);
   PierceOptions pierce_options;
-  pierce_options.levels = kTrialLevels;
-  const auto pierced = pierce(surface_map, *trial.map, tree, predict, pierce_options, context);
+  pierce_options.levels = trial_levels(scan, trial.map.base);
+  const auto pierced = pierce(surface_map, trial.map, tree, predict, pierce_options, context);
+  trial.unhealthy.assign(trial.map.base.triangles.size(), 0);
   if (!pierced) return trial;
   const SemiRegularMesh& mesh = pierced->mesh;
   const auto topology =
       Topology::build(mesh.base_triangles, mesh.base_vertex_count, mesh.level_count);
-  const Scan fine{mesh.positions, topology->level(kTrialLevels).triangles, mesh.origin};
+  const Scan fine{mesh.positions, topology->level(mesh.level_count).triangles, mesh.origin};
   const LineTree fine_tree(fine);
   const Distances missed = distances(scan, fine_tree, fine);
   const double error = std::max(missed.rms(), distances(centroids(fine), tree, scan).rms());
   trial.unhealthy.assign(pierced->folds.begin(), pierced->folds.end());
   const double far = kFar * missed.rms();
   for (std::size_t i = 0; i < missed.at.size(); ++i)
-    if (missed.at[i] > far)
-      trial.unhealthy[trial.map->point[i * missed.step].face] = 1;
+    if (missed.at[i] > far) trial.unhealthy[trial.map.point[i * missed.step].face] = 1;
   double folds = 0;
   for (const BandReport& band : pierced->bands) folds += static_cast<double>(band.folded_triangles);
   trial.figure = error * std::pow(static_cast<double>(mesh.base_vertex_count), kErrorPerSize) *
@@ -121,7 +133,7 @@ Trial attempt(const Scan& scan, const LineTree& tree, const SimplifyOptions& opt
 bool mark_unhealthy(const Trial& trial, Importance& importance) {
   bool any = false;
   for (std::size_t v = 0; v < importance.size(); ++v) {
-    if (trial.unhealthy[trial.map->point[v].face] == 0) continue;
+    if (trial.unhealthy[trial.map.point[v].face] == 0) continue;
     importance[v] *= kDearer;
     any = true;
   }
@@ -137,7 +149,7 @@ void repair(const Scan& scan, const LineTree& tree, const LevelPredictor& predic
   for (int round = 0; round < rounds && !context.cancelled(); ++round) {
     if (!mark_unhealthy(latest ? *latest : best, importance)) return;
     latest = attempt(scan, tree, best.options, importance, predict, context);
-    if (!latest->map) return;
+    if (!latest->made()) return;
     if (latest->figure < best.figure) best = *latest;
   }
 }
@@ -167,13 +179,13 @@ Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, int
   parallel_for_each_index(
       trials.size(),
       [&](std::size_t i) {
-        if (trials[i].map) repair(scan, tree, predict, effort.rounds, quiet, trials[i]);
+        if (trials[i].made()) repair(scan, tree, predict, effort.rounds, quiet, trials[i]);
       },
       1);
   if (context.cancelled()) return Error{ErrorCode::kCancelled, "interrupted", 0};
   Trial& best = *std::min_element(trials.begin(), trials.end(), better);
-  if (!best.map) return Error{ErrorCode::kNoConvergence, "no base mesh could be made", 0};
-  return std::move(*best.map);
+  if (!best.made()) return Error{ErrorCode::kNoConvergence, "no base mesh could be made", 0};
+  return std::move(best.map);
 }
 
 }  // namespace nacre::remesh
