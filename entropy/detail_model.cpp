@@ -12,6 +12,8 @@
 #include <cassert>
 #include <cstdlib>
 
+#include "entropy/detail_start.h"
+
 namespace nacre::entropy {
 namespace {
 
@@ -63,6 +65,14 @@ int signed_bin(int mean) {
   return mean < 0 ? 15 - bin : 16 + bin;
 }
 
+void start(std::vector<BitCounter>& counters, std::span<const std::int8_t> probabilities) {
+  assert(counters.size() == probabilities.size());
+  for (std::size_t i = 0; i < counters.size(); ++i) {
+    if (probabilities[i] == kNo) continue;
+    counters[i] = {squash(32 * probabilities[i]) << 16, kStartCount};
+  }
+}
+
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 }  // namespace
@@ -104,7 +114,12 @@ DetailModel::DetailModel()
       tangential_flag_(make_kind({64, 64, 32}, 2)),
       tangential_zero_(make_kind({16, 12}, 1)),
       tangential_sign_(make_kind({4}, 1)),
-      tangential_magnitude_(make_kind({2 * kMagnitudeClasses, 8 * kMagnitudeClasses}, 1)) {}
+      tangential_magnitude_(make_kind({2 * kMagnitudeClasses, 8 * kMagnitudeClasses}, 1)) {
+  start(quiet_, kQuietStart);
+  start(zero_.tables[0], kZeroStart);
+  start(sign_.tables[0], kSignStart);
+  start(magnitude_.tables[0], kMagnitudeStart);
+}
 
 void DetailModel::begin_band(const BandPlace& place) {
   const bool has_coarser = place.coarser != nullptr;
