@@ -81,7 +81,9 @@ TEST_F(Commands, EncodeReportsWhatCompareMeasures) {
   EXPECT_EQ(info["bytes"], bytes);
   EXPECT_EQ(info["bytes_whole"], bytes);
   EXPECT_EQ(info["levels"].size(), report["bands"].size() + 1);
-  EXPECT_EQ(info["sections"].back()["name"], "band " + std::to_string(report["bands"].size() - 1));
+  std::size_t coded = report["bands"].size();  // the finest bands may be left out
+  while (coded > 0 && report["bands"][coded - 1]["bits"] == 0) --coded;
+  EXPECT_EQ(info["sections"].back()["name"], "band " + std::to_string(coded - 1));
   EXPECT_NE(good({"info", path("ball.ncr")}).out.find("butterfly"), std::string::npos);
 }
 
