@@ -45,8 +45,13 @@ constexpr std::size_t kLargeScan = 500'000;  // triangles
 /// How much dearer one round makes the vertices where a trial is unhealthy.
 constexpr double kDearer = 8;
 
+struct TrialOptions {
+  SimplifyOptions simplify;
+  int levels = 0;  // of the final mesh; 0: not known
+};
+
 struct Trial {
-  SimplifyOptions options;
+  TrialOptions options;
   Parameterisation map;  // without triangles if none could be made
   std::vector<std::uint32_t>
       unhealthy;  // per base triangle: not 0 where it folds or misses the scan
@@ -87,27 +92,27 @@ Scan centroids(const Scan& mesh) {
   return out;
 }
 
-int trial_levels(const Scan& scan, const BaseMesh& base) {
-  int levels = kTrialLevels;
+int trial_levels(const Scan& scan, const BaseMesh& base, int most) {
+  int levels = most > 0 ? std::min(most, kTrialLevels) : kTrialLevels;
   while (levels > 1 &&
          (base.triangles.size() << (2 * levels)) > kTrialTriangles * scan.triangles.size())
     --levels;
   return levels;
 }
 
-Trial attempt(const Scan& scan, const LineTree& tree, const SimplifyOptions& options,
+Trial attempt(const Scan& scan, const LineTree& tree, const TrialOptions& options,
               const Importance& importance, const LevelPredictor& predict,
               const RunContext& context) {
   Trial trial;
   trial.options = options;
-  auto map = simplify(scan, options, importance, context);
+  auto map = simplify(scan, options.simplify, importance, context);
   if (!map) return trial;
   parameterise(scan, *map, context);
   relax(scan, *map, {}, context);
   trial.map = std::move(*map);
   const SurfaceMap surface_map(scan, trial.map);
   PierceOptions pierce_options;
-  pierce_options.levels = trial_levels(scan, trial.map.base);
+  pierce_options.levels = trial_levels(scan, trial.map.base, options.levels);
   const auto pierced = pierce(surface_map, trial.map, tree, predict, pierce_options, context);
   trial.unhealthy.assign(trial.map.base.triangles.size(), 0);
   if (!pierced) return trial;
@@ -157,7 +162,8 @@ void repair(const Scan& scan, const LineTree& tree, const LevelPredictor& predic
 }  // namespace
 
 Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, int base_vertices,
-                                     const LevelPredictor& predict, const RunContext& context) {
+                                     int levels, const LevelPredictor& predict,
+                                     const RunContext& context) {
   const Effort& effort = scan.triangles.size() > kLargeScan ? kLargeEffort : kFullEffort;
   std::vector<Trial> trials(effort.settings);
   // Progress is told by one of them: they run side by side.
@@ -166,10 +172,11 @@ Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, int
   parallel_for_each_index(
       trials.size(),
       [&](std::size_t i) {
-        SimplifyOptions options;
-        options.base_vertices = base_vertices;
-        options.shape_weight = kSettings[i].shape_weight;
-        options.normal_agreement = kSettings[i].normal_agreement;
+        TrialOptions options;
+        options.levels = levels;
+        options.simplify.base_vertices = base_vertices;
+        options.simplify.shape_weight = kSettings[i].shape_weight;
+        options.simplify.normal_agreement = kSettings[i].normal_agreement;
         trials[i] = attempt(scan, tree, options, {}, predict, i == 0 ? context : quiet);
       },
       1);

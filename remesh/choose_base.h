@@ -12,10 +12,11 @@ namespace nacre::remesh {
 /// whose normal mesh is closest to the scan, both ways, for its number of base vertices. No setting
 /// is best everywhere, and one bad base edge costs more than all the settings together.
 ///
-/// base_vertices 0: as many as SimplifyOptions::rms_error asks for.
-/// Errors   kCancelled.
+/// base_vertices 0: as many as SimplifyOptions::rms_error asks for. `levels` is what the mesh will
+/// have, 0 when that follows from the base: trials go no further. Errors   kCancelled.
 [[nodiscard]] Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree,
-                                                   int base_vertices, const LevelPredictor& predict,
+                                                   int base_vertices, int levels,
+                                                   const LevelPredictor& predict,
                                                    const RunContext& context = {});
 
 }  // namespace nacre::remesh

@@ -72,8 +72,8 @@ Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext
   watch.lap("clean");
 
   const LineTree tree(cleaned->scan);
-  const auto map =
-      choose_base(cleaned->scan, tree, options.base_vertices, options.predict, context);
+  const auto map = choose_base(cleaned->scan, tree, options.base_vertices, options.levels,
+                               options.predict, context);
   if (!map) return map.error();
   watch.lap("base mesh");
 
