@@ -35,8 +35,8 @@ Outcome run_mesh(const std::string& mesh, const Settings& settings) {
   for (const int threads : settings.threads) {
     const ChildRun run =
         run_child({settings.nacre, "encode", mesh, "-o", stream, "-q", "-f", "--samples", "1000",
-                   "--threads", std::to_string(threads), "--bits-per-vertex",
-                   fmt::format("{}", settings.bits_per_input_vertex)},
+                   "--profile", settings.profile, "--threads", std::to_string(threads),
+                   "--bits-per-vertex", fmt::format("{}", settings.bits_per_input_vertex)},
                   settings.timeout_seconds);
     const auto bytes = run.ok() ? io::read_file(stream) : Error{};
     if (!bytes) {
