@@ -7,6 +7,7 @@
 #include "base/run_context.h"
 #include "base/scan.h"
 #include "base/semi_regular_mesh.h"
+#include "remesh/observer.h"
 
 /// Raw scan → cleaned pieces → base mesh → parameterisation → normal mesh. See README.md.
 namespace nacre::remesh {
@@ -55,6 +56,8 @@ struct Options {
   RepairPolicy repair = RepairPolicy::kSafe;
   /// The coder's own prediction (wavelet::predict); required.
   LevelPredictor predict;
+  /// Told of the steps; never changes the result.
+  Observer observer;
 };
 
 /// What one level of refinement did.
