@@ -5,6 +5,7 @@
 #include "app/cli.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -48,8 +49,9 @@ constexpr const char* kDecodeFooter = R"(Examples:
   nacre decode scan.ncr -o scan.ply
   nacre decode scan.ncr -o preview.glb --level 3         a coarser mesh, 4 times fewer faces a level)";
 
-constexpr const char* kRemeshFooter = R"(Example:
+constexpr const char* kRemeshFooter = R"(Examples:
   nacre remesh scan.ply -o semi.ply --levels 5
+  nacre remesh scan.ply -o semi.ply --work-dir steps --dump all   each step, coloured, to look at
 The result is semi-regular: a base mesh, each triangle split 1 to 4 as many times as there are
 levels, whose finer vertices lie on the scan along the normals of the coarser mesh.)";
 
@@ -112,6 +114,7 @@ CLI::Validator positive_number() { return number_within(1e-300, 1e300, "a positi
 /// Option values that need a conversion of our own before they are a command.
 struct Raw {
   std::string transform = "butterfly", profile = "best", repair = "safe", up = "y";
+  std::vector<std::string> dump;
   std::optional<std::string> size;
   std::optional<double> bits_per_vertex;
   bool quiet = false, verbose = false;
@@ -176,6 +179,20 @@ struct Parser {
         ->capture_default_str();
   }
 
+  void add_dump(CLI::App* verb, DumpSettings& settings) {
+    std::vector<std::string> names(kDumpStageNames.begin(), kDumpStageNames.end());
+    auto* dump = verb->add_option("--dump", raw.dump,
+                                  fmt::format("Write these steps down as coloured meshes and a "
+                                              "picture each: all, or some of {}",
+                                              fmt::join(names, ",")));
+    names.emplace_back("all");
+    dump->delimiter(',')->check(CLI::IsMember(names));
+    auto* folder = verb->add_option("--work-dir", settings.work_dir,
+                                    "Where: DIR/02-clean/clean.ply and so on; made if missing");
+    dump->needs(folder);
+    folder->needs(dump);
+  }
+
   void add_encode() {
     CLI::App* verb = add_verb("encode", "Compress a scan (PLY, OBJ, OFF, STL) to a .ncr file",
                               kEncodeFooter, encode.common);
@@ -229,6 +246,7 @@ struct Parser {
     add_remesh_options(verb, remesh.remesh);
     add_samples(verb, remesh.samples);
     verb->add_option("--report", remesh.report, "Write all figures of the run to this .json file");
+    add_dump(verb, remesh.dump);
     add_overwrite(verb, remesh.common);
   }
 
@@ -277,6 +295,14 @@ remesh::RepairPolicy repair_policy(const std::string& name) {
   return remesh::RepairPolicy::kSafe;
 }
 
+void set_stages(const Raw& raw, DumpSettings& settings) {
+  for (std::size_t i = 0; i < kDumpStageNames.size(); ++i) {
+    settings.stages[i] = std::ranges::any_of(raw.dump, [&](const std::string& name) {
+      return name == "all" || name == kDumpStageNames[i];
+    });
+  }
+}
+
 void set_verbosity(const Raw& raw, Common& common) {
   common.verbosity = raw.quiet     ? Verbosity::kQuiet
                      : raw.verbose ? Verbosity::kVerbose
@@ -317,6 +343,7 @@ Result<Command> finish(Parser& parser, std::string_view verb) {
   }
   if (verb == "remesh") {
     parser.remesh.remesh.repair = repair_policy(raw.repair);
+    set_stages(raw, parser.remesh.dump);
     set_verbosity(raw, parser.remesh.common);
     return Command(parser.remesh);
   }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include "app/picture.h"
@@ -27,6 +29,21 @@ struct RemeshSettings {
   int levels = 0;         ///< 0: chosen from the scan
   int base_vertices = 0;  ///< 0: chosen from the scan
   remesh::RepairPolicy repair = remesh::RepairPolicy::kSafe;
+};
+
+/// The steps of a run that can be written down. A step's folder is named by its place and name:
+/// "04-parameterisation". New ones go behind: the places stay.
+enum class DumpStage : std::uint8_t { kInput, kClean, kBase, kParameterisation, kNormalMesh };
+inline constexpr std::array<std::string_view, 5> kDumpStageNames = {
+    "input", "clean", "base", "parameterisation", "normal-mesh"};
+
+struct DumpSettings {
+  std::filesystem::path work_dir;  ///< empty: nothing is written down
+  std::array<bool, kDumpStageNames.size()> stages{};
+
+  [[nodiscard]] bool wants(DumpStage stage) const {
+    return !work_dir.empty() && stages[static_cast<std::size_t>(stage)];
+  }
 };
 
 struct EncodeCommand {
@@ -54,6 +71,7 @@ struct RemeshCommand {
   std::filesystem::path scan, output;
   std::filesystem::path report;  ///< empty: none
   RemeshSettings remesh;
+  DumpSettings dump;
   std::size_t samples = 500'000;
   Common common;
 };

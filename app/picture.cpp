@@ -234,6 +234,12 @@ class Shader {
     if (front && !panel_.quality.empty()) {
       base = quality_color(u * panel_.quality[t[0]] + v * panel_.quality[t[1]] +
                            w * panel_.quality[t[2]]);
+    } else if (front && !panel_.face_color.empty()) {
+      base = given(panel_.face_color[triangle]);
+    } else if (front && !panel_.vertex_color.empty()) {
+      base = static_cast<float>(u) * given(panel_.vertex_color[t[0]]) +
+             static_cast<float>(v) * given(panel_.vertex_color[t[1]]) +
+             static_cast<float>(w) * given(panel_.vertex_color[t[2]]);
     }
     return lit(base, normal(t, u, v, w, front), front);
   }
@@ -245,6 +251,10 @@ class Shader {
     const double t = quality_max_ > 0 ? q / quality_max_ : 0;
     if (!std::isfinite(t)) return palette_.no_value;
     return ramp_[static_cast<std::size_t>(std::lround(std::clamp(t, 0.0, 1.0) * kRampEnd))];
+  }
+
+  static Color given(const std::array<std::uint8_t, 3>& rgb) {
+    return from_srgb(rgb[0], rgb[1], rgb[2]);
   }
 
   /// Toward the viewer's side of the triangle, unit length.
@@ -451,6 +461,13 @@ Result<void> check(std::span<const Panel> panels, const PictureOptions& options)
     if (!panels[i].quality.empty() &&
         (panels[i].mesh == nullptr || panels[i].quality.size() != panels[i].mesh->positions.size()))
       return bad("there must be one quality value per vertex", i);
+    const auto fits = [](std::size_t colors, std::size_t count) {
+      return colors == 0 || colors == count;
+    };
+    const Scan* drawn = panels[i].mesh;
+    if (!fits(panels[i].vertex_color.size(), drawn == nullptr ? 0 : drawn->positions.size()) ||
+        !fits(panels[i].face_color.size(), drawn == nullptr ? 0 : drawn->triangles.size()))
+      return bad("there must be one colour per vertex or per face", i);
     for (const Scan* mesh : {panels[i].mesh, panels[i].wire})
       if (Result<void> ok = check_mesh(mesh, i); !ok) return ok;
   }

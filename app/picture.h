@@ -19,6 +19,8 @@ struct Panel {
   /// One value per vertex of `mesh`, e.g. its distance to another surface; empty: plain clay. Drawn
   /// with the viridis colours from 0 to PictureOptions::quality_max, with a legend bar.
   std::span<const float> quality = {};
+  /// sRGB per vertex, blended, or per face of `mesh`, which wins; `quality` wins over both.
+  std::span<const std::array<std::uint8_t, 3>> vertex_color = {}, face_color = {};
   std::string caption;  ///< printable ASCII; a newline starts a second line
   /// Edges of this mesh are drawn over the surface, e.g. the base mesh or `mesh` itself.
   const Scan* wire = nullptr;

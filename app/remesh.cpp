@@ -54,7 +54,7 @@ Result<metric::Comparison> measure(const Scan& scan, const Scan& other, std::siz
 }
 
 Result<Prepared> read_and_remesh(const std::filesystem::path& file, const RemeshSettings& settings,
-                                 StageClock& clock, Console& console) {
+                                 StageClock& clock, Console& console, Dumper* dumper) {
   console.context().report("read", 0);
   Result<io::ReadResult> read = io::read_scan(file);
   if (!read) return in_file(read.error(), file);
@@ -78,8 +78,14 @@ Result<Prepared> read_and_remesh(const std::filesystem::path& file, const Remesh
   options.base_vertices = settings.base_vertices;
   options.repair = settings.repair;
   options.predict = wavelet::predict;
+  if (dumper != nullptr) {
+    dumper->input(prepared.scan);
+    options.observer = dumper->observer();
+  }
   Result<remesh::Remesh> remeshed = remesh::remesh(prepared.scan, options, console.context());
+  const Result<void> dumped = dumper != nullptr ? dumper->finish() : Result<void>();
   if (!remeshed) return in_file(remeshed.error(), file);
+  if (!dumped) return dumped.error();
   prepared.remesh = std::move(*remeshed);
   clock.finish("remesh", prepared.remesh.costs);
   const std::string cleaning = describe_cleaning(prepared.remesh.clean);
@@ -91,8 +97,11 @@ Result<Prepared> read_and_remesh(const std::filesystem::path& file, const Remesh
 
 Result<void> run_remesh(const RemeshCommand& command, Console& console) {
   if (Result<void> ok = check_outputs(command); !ok) return ok;
+  Dumper dumper(command.dump, command.common.overwrite);
+  if (Result<void> ok = dumper.check(); !ok) return ok;
   StageClock clock;
-  Result<Prepared> prepared = read_and_remesh(command.scan, command.remesh, clock, console);
+  Result<Prepared> prepared =
+      read_and_remesh(command.scan, command.remesh, clock, console, &dumper);
   if (!prepared) return prepared.error();
   Result<TriangleMesh> mesh = to_triangles(prepared->remesh.mesh);
   if (!mesh) return in_file(mesh.error(), command.scan);
@@ -106,7 +115,7 @@ Result<void> run_remesh(const RemeshCommand& command, Console& console) {
                       *distance, clock.costs(),   clock.total_seconds()};
   if (Result<void> written = write_outputs(run, *mesh); !written) return written;
   for (const std::string& line : describe_costs(run.costs)) console.detail(line);
-  console.detail(describe(run.distance));
+  console.note(describe(run.distance));
   console.note(summary_line(run));
   return {};
 }

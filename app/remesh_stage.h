@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "app/dump.h"
 #include "app/options.h"
 #include "app/progress.h"
 #include "app/report.h"
@@ -16,10 +17,11 @@ struct Prepared {
   remesh::Remesh remesh;
 };
 
-/// Reads and remeshes, noting on the console what was changed and what is not carried.
+/// Reads and remeshes, noting on the console what was changed and what is not carried, and in
+/// `dumper` (null: nowhere) what it looks like.
 [[nodiscard]] Result<Prepared> read_and_remesh(const std::filesystem::path& file,
                                                const RemeshSettings& settings, StageClock& clock,
-                                               Console& console);
+                                               Console& console, Dumper* dumper = nullptr);
 
 /// metric::compare with the file's name on its errors.
 [[nodiscard]] Result<metric::Comparison> measure(const Scan& scan, const Scan& other,
