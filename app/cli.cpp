@@ -186,7 +186,7 @@ struct Parser {
                                               "picture each: all, or some of {}",
                                               fmt::join(names, ",")));
     names.emplace_back("all");
-    dump->delimiter(',')->check(CLI::IsMember(names));
+    dump->delimiter(',')->allow_extra_args(false)->check(CLI::IsMember(names));
     auto* folder = verb->add_option("--work-dir", settings.work_dir,
                                     "Where: DIR/02-clean/clean.ply and so on; made if missing");
     dump->needs(folder);

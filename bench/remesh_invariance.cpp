@@ -184,6 +184,7 @@ int main_of(int argc, char** argv) {
   app.add_option("MESH", settings.meshes, "Scans; default: all of the corpus");
   app.add_option("--guises", settings.guises)
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(CLI::IsMember(
           std::vector<std::string>(transforms::kNames.begin(), transforms::kNames.end())))
       ->capture_default_str();
