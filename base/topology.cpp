@@ -23,8 +23,9 @@ Result<void> check_triangles(std::span<const Triangle> triangles, std::uint32_t 
   for (std::size_t f = 0; f < triangles.size(); ++f) {
     const Triangle& t = triangles[f];
     for (const std::uint32_t v : t) {
-      if (v >= vertex_count) return bad_triangle(f, "names vertex " + std::to_string(v) +
-                                                    " of " + std::to_string(vertex_count));
+      if (v >= vertex_count)
+        return bad_triangle(
+            f, "names vertex " + std::to_string(v) + " of " + std::to_string(vertex_count));
     }
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return bad_triangle(f, "repeats a vertex");
   }
@@ -42,7 +43,8 @@ Result<void> number_base_edges(LevelTopology& level) {
     }
   }
   std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
-    return std::tie(x.low, x.high, x.triangle, x.side) < std::tie(y.low, y.high, y.triangle, y.side);
+    return std::tie(x.low, x.high, x.triangle, x.side) <
+           std::tie(y.low, y.high, y.triangle, y.side);
   });
   // The twin of each side, or kNone; sides are addressed as 3 * triangle + side.
   std::vector<std::uint32_t> twin(3 * triangles.size(), kNone);
@@ -66,8 +68,8 @@ Result<void> number_base_edges(LevelTopology& level) {
       if (level.triangle_edges[f][k] != kNone) continue;
       const auto id = static_cast<std::uint32_t>(level.edges.size());
       const std::uint32_t other = twin[3 * f + k];
-      level.edges.push_back({{triangles[f][k], triangles[f][(k + 1) % 3]},
-                             {f, other == kNone ? kNone : other / 3}});
+      level.edges.push_back(
+          {{triangles[f][k], triangles[f][(k + 1) % 3]}, {f, other == kNone ? kNone : other / 3}});
       level.triangle_edges[f][k] = id;
       if (other != kNone) level.triangle_edges[other / 3][other % 3] = id;
     }
@@ -120,7 +122,8 @@ LevelTopology split(const LevelTopology& level, bool with_edges) {
       const std::uint32_t out = 2 * e[k] + (level.edges[e[k]].vertex[0] == v ? 0 : 1);
       const std::uint32_t in = 2 * e[previous] + (level.edges[e[previous]].vertex[0] == v ? 0 : 1);
       next.triangle_edges[4 * f + k] = {out, inner, in};
-      // Side s of the middle triangle joins the midpoints of sides s and s + 1: it cuts off corner s + 1.
+      // Side s of the middle triangle joins the midpoints of sides s and s + 1: it cuts off corner
+      // s + 1.
       next.triangle_edges[4 * f + 3][previous] = inner;
     }
   }
@@ -137,6 +140,16 @@ std::uint32_t LevelTopology::opposite_corner(std::uint32_t triangle, std::uint32
 
 Result<Topology> Topology::build(std::span<const Triangle> base_triangles,
                                  std::uint32_t base_vertex_count, int level_count) {
+  return build(base_triangles, base_vertex_count, level_count, Finest::kWithTriangles);
+}
+
+Result<Topology> Topology::build_for_decoding(std::span<const Triangle> base_triangles,
+                                              std::uint32_t base_vertex_count, int level_count) {
+  return build(base_triangles, base_vertex_count, level_count, Finest::kCounted);
+}
+
+Result<Topology> Topology::build(std::span<const Triangle> base_triangles,
+                                 std::uint32_t base_vertex_count, int level_count, Finest finest) {
   // 4^J F faces and 3 · 4^J F / 2 edges must fit below kNone; edges are the largest set.
   constexpr std::uint64_t kMaxIds = std::numeric_limits<std::uint32_t>::max() / 4;
   if (level_count < 0 || level_count > 15 ||
@@ -153,9 +166,17 @@ Result<Topology> Topology::build(std::span<const Triangle> base_triangles,
   base.vertex_count = base_vertex_count;
   base.triangles.assign(base_triangles.begin(), base_triangles.end());
   if (const auto ok = number_base_edges(base); !ok) return ok.error();
+  topology.levels_.reserve(static_cast<std::size_t>(level_count) + 1);
   topology.levels_.push_back(std::move(base));
   for (int j = 0; j < level_count; ++j) {
-    topology.levels_.push_back(split(topology.levels_.back(), j + 1 < level_count));
+    const LevelTopology& last = topology.levels_.back();
+    LevelTopology next;
+    if (j + 1 < level_count || finest == Finest::kWithTriangles) {
+      next = split(last, j + 1 < level_count);
+    } else {
+      next.vertex_count = last.vertex_count + static_cast<std::uint32_t>(last.edges.size());
+    }
+    topology.levels_.push_back(std::move(next));
   }
   return topology;
 }

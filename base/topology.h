@@ -48,6 +48,9 @@ class Topology {
   ///          kLimitExceeded if the finest level would not fit in 32-bit ids.
   static Result<Topology> build(std::span<const Triangle> base_triangles,
                                 std::uint32_t base_vertex_count, int level_count);
+  /// The same, with a finest level that has only its vertex count: all that decoding needs.
+  static Result<Topology> build_for_decoding(std::span<const Triangle> base_triangles,
+                                             std::uint32_t base_vertex_count, int level_count);
 
   /// J: how many times the base is split. Levels are 0 .. J; bands are 0 .. J-1, band j holding
   /// the vertices that level j+1 adds to level j.
@@ -59,6 +62,10 @@ class Topology {
   }
 
  private:
+  enum class Finest : bool { kCounted, kWithTriangles };
+  static Result<Topology> build(std::span<const Triangle> base_triangles,
+                                std::uint32_t base_vertex_count, int level_count, Finest finest);
+
   std::vector<LevelTopology> levels_;
 };
 

@@ -111,21 +111,52 @@ std::array<double, 3> as_steps(const std::array<int, 3>& shrinks) {
   return {shrinks[0] / 32.0, shrinks[1] / 32.0, shrinks[2] / 32.0};
 }
 
+/// A quiet zone is opened where a detail promises to be worth this many bits.
+constexpr double kRiseBits = 14;
+
+/// Whether any of a block's details that are quiet, or may have tangential parts, is worth it.
+std::pair<bool, bool> opens(const BandJob& job, std::uint32_t first, std::uint64_t active) {
+  const auto gain = [&](double x, double step) {
+    const double size = std::abs(x) / step, rest = size - std::floor(size + 0.5);
+    return (size * size - rest * rest) * step * step;
+  };
+  const double least = job.lambda * kRiseBits;
+  std::pair<bool, bool> open = {false, false};
+  const auto end = std::min<std::size_t>(first + entropy::kBlockDetails, job.details.size());
+  for (std::size_t e = first; e < end; ++e) {
+    const Vec3& d = job.details[e];
+    if ((active >> (e - first) & 1) == 0 && std::abs(d[0]) >= 0.5 * job.step)
+      open.first |= gain(d[0], job.step) > least;
+    if (!job.has_tangential) continue;
+    open.second |= gain(d[1], job.tangential_step) + gain(d[2], job.tangential_step) > least;
+  }
+  return open;
+}
+
 /// Codes a band into `model`; an empty payload, and a model without it, if leaving it out is
 /// better.
 CodedBand code_band(const BandJob& job, const entropy::BandPlace& place, int ratio_quarters,
                     entropy::DetailModel& model) {
   entropy::DetailModel before = model;
   entropy::DetailEncoder encoder(model, place, job.has_tangential, ratio_quarters);
-  std::vector<DetailPoint> points(job.details.size());
-  std::size_t normal_only = 0;
+  std::vector<DetailPoint> points(job.details.size(), DetailPoint{0, 0, 0});
+  std::size_t tangential = 0;
+  bool moves = false;
   for (std::uint32_t e = 0; e < points.size(); ++e) {
+    if (e % entropy::kBlockDetails == 0) {
+      const std::uint32_t block = e / entropy::kBlockDetails;
+      const auto open = opens(job, e, encoder.active(block));
+      moves = open.second;
+      encoder.begin_block(block, open.first, moves);
+    }
     const Vec3& detail = job.details[e];
     const auto context = encoder.look(e);
+    if (!encoder.is_open(context)) continue;
     DetailPoint& point = points[e];
-    point[0] = choose_normal(encoder, context, detail[0], job.step, job.lambda);
-    if (job.has_tangential) point = choose_tangential(encoder, context, detail, point[0], job);
-    if (point[1] == 0 && point[2] == 0) ++normal_only;
+    if (encoder.normal_is_open(context))
+      point[0] = choose_normal(encoder, context, detail[0], job.step, job.lambda);
+    if (moves) point = choose_tangential(encoder, context, detail, point[0], job);
+    if (point[1] != 0 || point[2] != 0) ++tangential;
     encoder.put(context, point);
   }
   CodedBand band;
@@ -134,7 +165,8 @@ CodedBand code_band(const BandJob& job, const entropy::BandPlace& place, int rat
   band.payload = encoder.finish(shrinks);
   band.decoded = quant::dequantize(points, job.step, ratio, as_steps(shrinks));
   band.distortion = mean_squared_difference(job.details, band.decoded);
-  band.normal_only_fraction = static_cast<double>(normal_only) / static_cast<double>(points.size());
+  band.normal_only_fraction =
+      1 - static_cast<double>(tangential) / static_cast<double>(points.size());
 
   const std::vector<Vec3> zeros(points.size(), Vec3::Zero());
   const double nothing = mean_squared_difference(job.details, zeros);
@@ -142,7 +174,7 @@ CodedBand code_band(const BandJob& job, const entropy::BandPlace& place, int rat
   const double bits = 8.0 * static_cast<double>(band.payload.size() + 4);
   if (saved > job.lambda * bits) return band;
   model = std::move(before);
-  model.begin_band(place);
+  model.skip_band(place);
   return {{}, zeros, nothing, 1};
 }
 
@@ -183,7 +215,7 @@ Result<CodedGeometry> code_best(const Prepared& prepared, const BestSettings& se
         &topology.level(j), j > 0 ? &topology.level(j - 1) : nullptr, j,
         last_step == kNotCoded || step_index == kNotCoded ? 0 : last_step - step_index};
     if (step_index == kNotCoded) {
-      model.begin_band(place);
+      model.skip_band(place);
       coded.bands.push_back(encode_band(details, kNotCoded, {}));
     } else {
       BandJob job;

@@ -2,14 +2,13 @@
 #include "codec/decode.h"
 
 #include <algorithm>
-#include <cmath>
 #include <new>
 #include <string>
 
+#include "codec/best_decode.h"
 #include "codec/byte_reader.h"
 #include "codec/stream_reader.h"
 #include "entropy/connectivity.h"
-#include "entropy/detail_coder.h"
 #include "entropy/stack_run.h"
 #include "quant/quant.h"
 
@@ -115,49 +114,9 @@ Result<std::vector<Vec3>> decode_band(std::span<const std::uint8_t> bytes,
                            info.tangential_ratio(), info.shrink());
 }
 
-/// Details of the first `levels` bands as profile best has them; section 16 of the document.
-Result<std::vector<std::vector<Vec3>>> decode_best_bands(std::span<const std::uint8_t> bytes,
-                                                         const StreamLayout& layout,
-                                                         const Topology& topology, int levels) {
-  entropy::DetailModel model;
-  std::vector<std::vector<Vec3>> bands;
-  const BandEntry* coarser = nullptr;
-  for (int j = 0; j < levels; ++j) {
-    const auto index = static_cast<std::size_t>(j);
-    const BandEntry* entry =
-        index < layout.header.bands.size() && layout.header.bands[index].payload_bytes > 0
-            ? &layout.header.bands[index]
-            : nullptr;
-    if (index >= layout.header.bands.size()) {
-      bands.emplace_back(topology.band_size(j), Vec3::Zero());
-      continue;
-    }
-    const SectionRange& section = layout.sections[2 + index];
-    const auto payload = read_section(bytes, section);
-    if (!payload) return payload.error();
-    const entropy::BandPlace place{
-        &topology.level(j), j > 0 ? &topology.level(j - 1) : nullptr, j,
-        coarser != nullptr && entry != nullptr ? coarser->step_index - entry->step_index : 0};
-    const auto band = entropy::decode_details(*payload, place, model);
-    if (!band) return corrupt_at(section.offset, "a band", band.error());
-    coarser = entry;
-    if (entry == nullptr) {
-      bands.emplace_back(topology.band_size(j), Vec3::Zero());
-      continue;
-    }
-    std::array<double, 3> shrinks{};
-    for (std::size_t i = 0; i < 3; ++i) shrinks[i] = band->shrink_32nds[i] * (1.0 / 32);
-    bands.push_back(quant::dequantize(band->points, step_size(entry->step_index),
-                                      1 + band->ratio_quarters * 0.25, shrinks));
-  }
-  return bands;
-}
-
 Result<std::vector<std::vector<Vec3>>> decode_bands(std::span<const std::uint8_t> bytes,
                                                     const StreamLayout& layout,
                                                     const Topology& topology, int levels) {
-  if (layout.header.profile == Profile::kBest)
-    return decode_best_bands(bytes, layout, topology, levels);
   std::vector<std::vector<Vec3>> bands;
   for (int j = 0; j < levels; ++j) {
     auto band = decode_band(bytes, layout, static_cast<std::size_t>(j), topology.band_size(j));
@@ -167,11 +126,31 @@ Result<std::vector<std::vector<Vec3>>> decode_bands(std::span<const std::uint8_t
   return bands;
 }
 
+Result<std::vector<Vec3>> decode_positions(std::span<const std::uint8_t> bytes,
+                                           const StreamLayout& layout, const Topology& topology,
+                                           int levels, std::vector<Vec3> base_positions) {
+  const auto transform = layout.header.transform;
+  Result<std::vector<Vec3>> positions = std::vector<Vec3>();
+  if (layout.header.profile == Profile::kBest) {
+    const auto bands = decode_best_bands(bytes, layout, topology, levels);
+    if (!bands) return bands.error();
+    positions = wavelet::synthesize(topology, std::move(base_positions), *bands, transform);
+  } else {
+    auto bands = decode_bands(bytes, layout, topology, levels);
+    if (!bands) return bands.error();
+    const Pyramid pyramid = {std::move(base_positions), std::move(*bands)};
+    positions = wavelet::synthesize(topology, pyramid, transform);
+  }
+  if (!positions) return corrupt_at(0, "the geometry", positions.error());
+  return positions;
+}
+
 Result<SemiRegularMesh> decode_layout(std::span<const std::uint8_t> bytes,
                                       const StreamLayout& layout, int levels) {
   auto connectivity = decode_base(bytes, layout);
   if (!connectivity) return connectivity.error();
-  auto topology = Topology::build(connectivity->triangles, connectivity->vertex_count, levels);
+  auto topology = Topology::build_for_decoding(connectivity->triangles,
+                                               connectivity->vertex_count, levels);
   if (!topology) {
     if (topology.error().code == ErrorCode::kLimitExceeded) return topology.error();
     return corrupt_at(layout.sections[0].offset, "base connectivity", topology.error());
@@ -182,17 +161,8 @@ Result<SemiRegularMesh> decode_layout(std::span<const std::uint8_t> bytes,
   }
   auto base_positions = decode_base_positions(bytes, layout, *connectivity);
   if (!base_positions) return base_positions.error();
-  Pyramid pyramid;
-  pyramid.base_positions = std::move(*base_positions);
-  auto bands = decode_bands(bytes, layout, *topology, levels);
-  if (!bands) return bands.error();
-  pyramid.bands = std::move(*bands);
-  auto positions = wavelet::synthesize(*topology, pyramid, layout.header.transform);
-  if (!positions) return corrupt_at(0, "the geometry", positions.error());
-  for (const Vec3& p : *positions) {
-    if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]))
-      return Error{ErrorCode::kCorruptStream, "the stream decodes to infinite coordinates", 0};
-  }
+  auto positions = decode_positions(bytes, layout, *topology, levels, std::move(*base_positions));
+  if (!positions) return positions.error();
   SemiRegularMesh mesh;
   mesh.base_vertex_count = connectivity->vertex_count;
   mesh.base_triangles = std::move(connectivity->triangles);

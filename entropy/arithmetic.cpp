@@ -14,7 +14,6 @@ namespace {
 
 constexpr std::uint32_t kFullRange = 0xFFFFFFFFu;
 constexpr std::uint32_t kMinRange = 1u << 24;
-constexpr std::size_t kLookAhead = 4;
 
 struct CodeEnd {
   std::uint64_t value;  // >= low, the last bytes of the code; zero below `byte_count` bytes
@@ -163,14 +162,6 @@ ArithmeticDecoder::ArithmeticDecoder(std::span<const std::uint8_t> bytes) : byte
   }
 }
 
-void ArithmeticDecoder::read_byte() {
-  const std::uint32_t byte = position_ < bytes_.size() ? bytes_[position_] : 0u;
-  ++position_;
-  if (position_ > kLookAhead && position_ - kLookAhead > bytes_.size()) overrun_ = true;
-  window_ = (window_ << 8) | byte;
-  code_ = (code_ << 8) | byte;
-}
-
 std::uint32_t ArithmeticDecoder::target(std::uint32_t total) {
   unit_ = range_ / total;
   return std::min(code_ / unit_, total - 1);
@@ -198,23 +189,6 @@ std::uint32_t ArithmeticDecoder::decode_bits(int count) {
   const std::uint32_t bits = target(total);
   consume(bits, 1, total);
   return bits;
-}
-
-bool ArithmeticDecoder::decode_bit(std::uint32_t probability) {
-  assert(probability >= 1 && probability <= 65535);
-  const std::uint32_t split = share(range_, probability);
-  const bool bit = code_ < split;
-  if (bit) {
-    range_ = split;
-  } else {
-    code_ -= split;
-    range_ -= split;
-  }
-  while (range_ < kMinRange) {
-    range_ <<= 8;
-    read_byte();
-  }
-  return bit;
 }
 
 bool ArithmeticDecoder::ends_exactly() const {

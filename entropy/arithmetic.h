@@ -84,7 +84,17 @@ class ArithmeticDecoder {
   /// `count` <= 16.
   [[nodiscard]] std::uint32_t decode_bits(int count);
   /// See ArithmeticEncoder::encode_bit().
-  [[nodiscard]] bool decode_bit(std::uint32_t probability);
+  [[nodiscard]] bool decode_bit(std::uint32_t probability) {
+    const auto split = static_cast<std::uint32_t>((std::uint64_t{range_} * probability) >> 16);
+    const bool bit = code_ < split;
+    code_ -= bit ? 0 : split;
+    range_ = bit ? split : range_ - split;
+    while (range_ < kMinRange) {
+      range_ <<= 8;
+      read_byte();
+    }
+    return bit;
+  }
 
   /// True once the payload is known to be corrupt: the decoder is more bytes past the end than its
   /// 4 bytes of look-ahead, or the first 4 bytes are 0xFF. Stays true.
@@ -94,9 +104,18 @@ class ArithmeticDecoder {
   [[nodiscard]] bool ends_exactly() const;
 
  private:
+  static constexpr std::uint32_t kMinRange = 1u << 24;
+  static constexpr std::size_t kLookAhead = 4;
+
   [[nodiscard]] std::uint32_t target(std::uint32_t total);
   void consume(std::uint32_t low, std::uint32_t size, std::uint32_t total);
-  void read_byte();
+  void read_byte() {
+    const std::uint32_t byte = position_ < bytes_.size() ? bytes_[position_] : 0u;
+    ++position_;
+    if (position_ > bytes_.size() + kLookAhead) overrun_ = true;
+    window_ = (window_ << 8) | byte;
+    code_ = (code_ << 8) | byte;
+  }
 
   std::span<const std::uint8_t> bytes_;
   std::size_t position_ = 0;  // bytes read, those past the end included

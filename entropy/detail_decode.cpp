@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <string>
+#include <algorithm>
+#include <bit>
 
 #include "entropy/detail_coder.h"
 #include "entropy/detail_syntax.h"
@@ -18,33 +19,54 @@ struct Reader {
   std::uint32_t raw(int count, std::uint32_t) { return decoder.decode_bits(count); }
 };
 
+/// Decodes a band's details block by block; false if the payload was too short.
+bool decode_points(Reader& reader, DetailModel& model, std::uint32_t count, bool has_tangential,
+                   std::vector<DetailBand::Nonzero>& points, bool sets_zeros) {
+  BlockHead head;
+  for (std::uint32_t first = 0; first < count; first += kBlockDetails) {
+    const std::uint32_t block = first / kBlockDetails, end = std::min(first + kBlockDetails, count);
+    head = code_block_head(reader, model, block, has_tangential, head.has_tangential, {});
+    const bool all = head.quiet_may_rise || head.has_tangential;
+    // Details become active while those before them are decoded, so the set is read anew.
+    for (std::uint32_t e = first; e < end; ++e) {
+      if (!all) {
+        const std::uint64_t left = model.active(block) >> (e - first);
+        if (left == 0) break;
+        e += static_cast<std::uint32_t>(std::countr_zero(left));
+      }
+      const DetailContext context = model.look(e);
+      const DetailPoint point = code_detail(reader, model, context, head, {0, 0, 0});
+      const bool is_zero = point == DetailPoint{0, 0, 0};
+      if (!is_zero) points.push_back({e, point});
+      if (!is_zero || sets_zeros) model.set(e, point);
+    }
+    if (reader.decoder.overrun()) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 Result<DetailBand> decode_details(std::span<const std::uint8_t> payload, const BandPlace& place,
                                   DetailModel& model) {
   DetailBand band;
-  band.points.assign(place.level->edges.size(), DetailPoint{0, 0, 0});
+  if (payload.empty()) {
+    model.skip_band(place);
+    return band;
+  }
   model.begin_band(place);
-  if (payload.empty()) return band;
   const auto corrupt = [&](const char* what) {
     return Error{ErrorCode::kCorruptStream, what, payload.size()};
   };
   Reader reader{ArithmeticDecoder(payload)};
   const bool has_tangential = reader.raw(1, 0) != 0;
   if (has_tangential) band.ratio_quarters = static_cast<int>(reader.raw(kRatioBits, 0));
-  bool any = false;
-  for (std::uint32_t e = 0; e < band.points.size(); ++e) {
-    const DetailContext context = model.look(e);
-    const DetailPoint point = code_detail(reader, model, context, has_tangential, {0, 0, 0});
-    model.set(e, point);
-    if (point == DetailPoint{0, 0, 0}) continue;
-    any = true;
-    band.points[e] = point;
-    if (reader.decoder.overrun()) return corrupt("the payload ends before the band does");
-  }
+  const auto count = static_cast<std::uint32_t>(place.level->edges.size());
+  if (!decode_points(reader, model, count, has_tangential, band.points, place.coarser == nullptr))
+    return corrupt("the payload ends before the band does");
   for (int& shrink : band.shrink_32nds)
     shrink = static_cast<int>(reader.raw(kShrinkBits, 0)) - kShrinkZero;
-  if (!any) return corrupt("a band of zeros has no payload");
+  if (band.points.empty()) return corrupt("a band of zeros has no payload");
   if (!reader.decoder.ends_exactly()) return corrupt("the payload goes on after the band");
   return band;
 }

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <cassert>
+
 #include "entropy/detail_coder.h"
 #include "entropy/detail_syntax.h"
 
@@ -44,6 +46,12 @@ DetailEncoder::DetailEncoder(DetailModel& model, const BandPlace& place, bool ha
   if (has_tangential) writer.raw(kRatioBits, static_cast<std::uint32_t>(ratio_quarters));
 }
 
+void DetailEncoder::begin_block(std::uint32_t block, bool quiet_may_rise, bool has_tangential) {
+  Writer writer{coder_};
+  head_ = code_block_head(writer, model_, block, has_tangential_, head_.has_tangential,
+                          {quiet_may_rise, has_tangential});
+}
+
 std::uint64_t DetailEncoder::normal_cost(const DetailContext& context, std::int32_t normal) {
   Counter counter;
   code_normal(counter, model_, context, normal);
@@ -52,7 +60,7 @@ std::uint64_t DetailEncoder::normal_cost(const DetailContext& context, std::int3
 
 std::uint64_t DetailEncoder::tangential_cost(const DetailContext& context,
                                              const DetailPoint& point) {
-  if (!has_tangential_) return 0;
+  if (!head_.has_tangential) return 0;
   Counter counter;
   code_tangential(counter, model_, context, point);
   return counter.cost;
@@ -60,7 +68,9 @@ std::uint64_t DetailEncoder::tangential_cost(const DetailContext& context,
 
 void DetailEncoder::put(const DetailContext& context, const DetailPoint& point) {
   Writer writer{coder_};
-  code_detail(writer, model_, context, has_tangential_, point);
+  const DetailPoint coded = code_detail(writer, model_, context, head_, point);
+  assert(coded == point);
+  static_cast<void>(coded);
   model_.set(context.detail, point);
 }
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Read me first: neighbouring details have similar magnitudes, and so have a band's and the
-// coarser one's at the same place. A weighted mean of those around gives the magnitude expected;
+// coarser one's at the same place. A weighted sum of those around gives the magnitude expected;
 // the bits' probabilities are learnt for each of its (logarithmic) values, and for finer
 // descriptions of the neighbourhood, and mixed. Normals of neighbours also go the same way more
 // often than not (the butterfly undershoots where the surface bends), hence the expected value.
+//
+// Most details are zero, so nothing is gathered: each detail that is not zero adds what it means
+// to those around it that are still to come, and where nothing was added nothing is looked at.
 #include "entropy/detail_model.h"
 
 #include <algorithm>
@@ -18,21 +21,29 @@ namespace nacre::entropy {
 namespace {
 
 constexpr std::int32_t kLargestSeen = 4095;
-constexpr int kLevels = 8;  // bands that are told apart
 
-/// Weights in 1/256 of the mean magnitudes: the other half of the coarser edge, first ring's outer
-/// and inner edges, second ring's, then parent, uncles, cousins. Rows: kinds; band 0.
-constexpr std::array<std::array<int, 8>, 4> kMagnitudeWeights = {{{0, 70, 0, 30, 0, 16, 15, 12},
-                                                                  {40, 62, 0, 22, 0, 16, 13, 8},
-                                                                  {0, 72, 40, 90, 12, 6, 8, 8},
-                                                                  {0, 120, 0, 60, 0, 0, 0, 0}}};
-/// The same for sums of signed values.
-constexpr std::array<std::array<int, 8>, 4> kValueWeights = {{{0, 48, 0, -14, 0, 6, 0, 0},
-                                                              {-27, 54, 0, -17, 0, 8, 0, 0},
-                                                              {0, 37, 43, -6, -16, 4, 3, -2},
-                                                              {0, 20, 0, 0, 0, 0, 0, 0}}};
-/// What the coarser band weighs beside the groups above; in band 0, what the average does.
-constexpr int kInheritedWeight = 140, kAverageWeight = 40, kBandZeroWeight = 180;
+/// What a magnitude of 1 adds to the magnitude expected, in 1/256, by the kind of the one that
+/// expects (3: band 0) and where the other is: its other half; first ring, outer and inner edges;
+/// second ring, outer and inner edges.
+constexpr std::array<std::array<int, 5>, 4> kMagnitudeWeights = {
+    {{0, 35, 0, 15, 0}, {40, 31, 0, 11, 0}, {0, 36, 20, 15, 6}, {0, 30, 0, 8, 0}}};
+/// The same for values, in 1/256.
+constexpr std::array<std::array<int, 5>, 4> kValueWeights = {
+    {{0, 48, 0, -14, 0}, {-27, 54, 0, -17, 0}, {0, 37, 43, -6, -16}, {0, 20, 0, 0, 0}}};
+/// And for those of the coarser band: parent, uncle, cousin; in 1/512 of a coarser step.
+constexpr std::array<std::array<int, 3>, 3> kInheritedWeights = {
+    {{32, 15, 12}, {32, 13, 8}, {6, 16, 4}}};
+constexpr std::array<std::array<int, 3>, 3> kInheritedValueWeights = {
+    {{12, 0, 0}, {16, 0, 0}, {4, 6, -4}}};
+/// What the running average weighs in band 0.
+constexpr int kAverageWeight = 40;
+
+/// Groups of neighbours whose magnitudes and signs are told apart, and the first four by the
+/// columns above.
+enum Group : std::size_t { kNear, kFar, kBeside, kBeyond, kParents, kOthers };
+constexpr std::array<Group, 5> kGroups = {kBeside, kNear, kBeside, kFar, kBeyond};
+
+enum Role { kParent, kUncle, kCousin };
 
 /// 2^15 2^(k/32), rounded.
 constexpr std::array<std::int32_t, 32> kStepPowers = {
@@ -40,23 +51,23 @@ constexpr std::array<std::int32_t, 32> kStepPowers = {
     41584, 42495, 43425, 44376, 45348, 46341, 47356, 48393, 49452, 50535, 51642,
     52773, 53928, 55109, 56316, 57549, 58809, 60097, 61413, 62757, 64132};
 
-/// 256 2^(excess / 32), for |excess| up to 8 octaves.
-std::int64_t step_ratio(int excess) {
-  excess = std::clamp(excess, -256, 255);
+/// 256 2^(excess / 32), for excesses of -8 .. 4 octaves.
+std::int32_t step_ratio(int excess) {
+  excess = std::clamp(excess, -256, 128);
   const int octave = excess >= 0 ? excess / 32 : -((31 - excess) / 32);
   const std::int64_t mantissa = kStepPowers[static_cast<std::size_t>(excess - 32 * octave)];
-  return (mantissa << (octave + 8)) >> 15;
+  return static_cast<std::int32_t>((mantissa << (octave + 8)) >> 15);
 }
 
 /// Two to an octave: 0, 1, 2, 3, 4-5, 6-7, 8-11, ...
-int log_bin(std::int64_t value) {
-  if (value < 2) return static_cast<int>(value);
-  const int k = static_cast<int>(std::bit_width(static_cast<std::uint64_t>(value))) - 1;
-  return 2 * k + static_cast<int>((value >> (k - 1)) & 1);
+int log_bin(std::int32_t value) {
+  if (value < 2) return value;
+  const int k = static_cast<int>(std::bit_width(static_cast<std::uint32_t>(value))) - 1;
+  return 2 * k + ((value >> (k - 1)) & 1);
 }
 
-int small_sum(int sum) { return sum < 3 ? sum : (sum < 5 ? 3 : (sum < 9 ? 4 : 5)); }  // 6 values
-int tiny_sum(int sum) { return sum < 2 ? sum : (sum < 4 ? 2 : 3); }                   // 4 values
+constexpr std::array<std::uint8_t, 9> kSmall = {0, 1, 2, 3, 3, 4, 4, 4, 4};
+int small_sum(int sum) { return sum > 8 ? 5 : kSmall[static_cast<std::size_t>(sum)]; }
 int sign3(int value) { return value < 0 ? 0 : (value == 0 ? 1 : 2); }
 int sign5(int value) { return std::clamp(value, -2, 2) + 2; }
 /// 32 values, symmetric.
@@ -65,15 +76,21 @@ int signed_bin(int mean) {
   return mean < 0 ? 15 - bin : 16 + bin;
 }
 
-void start(std::vector<BitCounter>& counters, std::span<const std::int8_t> probabilities) {
-  assert(counters.size() == probabilities.size());
-  for (std::size_t i = 0; i < counters.size(); ++i) {
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+template <std::size_t N>
+void start(std::array<BitCounter, N>& counters, const std::array<std::int8_t, N>& probabilities) {
+  for (std::size_t i = 0; i < N; ++i) {
     if (probabilities[i] == kNo) continue;
-    counters[i] = {squash(32 * probabilities[i]) << 16, kStartCount};
+    counters[i] = BitCounter(squash(32 * probabilities[i]), kStartCount);
   }
 }
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
+int few_signed(int value) { return std::clamp(value, -10, 10); }
+
+std::uint32_t face_beyond(const Edge& edge, std::uint32_t face) {
+  return edge.face[0] == face ? edge.face[1] : edge.face[0];
+}
 
 }  // namespace
 
@@ -91,267 +108,268 @@ std::int32_t least_of_class(int c) {
 
 int raw_bits_of_class(int c) { return c < 4 ? 0 : c / 2 - 1; }
 
-/// Sums over groups of neighbours that are known: the other half (0), first ring outer (1) and
-/// inner (2), second ring outer (3) and inner (4).
-struct DetailModel::Ring {
-  std::array<int, 5> magnitude{}, value{}, count{};
-  int tangential = 0;
-};
-
-DetailModel::BitKind DetailModel::make_kind(std::initializer_list<std::size_t> table_sizes,
-                                            std::size_t mixers) {
-  BitKind kind;
-  for (const std::size_t size : table_sizes) kind.tables.emplace_back(size);
-  kind.mixers.resize(mixers);
-  return kind;
+DetailModel::DetailModel() {
+  start(statistics_.quiet, kQuietStart);
+  start(statistics_.zero0, kZeroStart);
+  start(statistics_.sign0, kSignStart);
+  start(statistics_.above0, kMagnitudeStart);
 }
 
-DetailModel::DetailModel()
-    : quiet_(kLevels * 3),
-      zero_(make_kind({96, 512, 432, 2187, 288, 576, 768}, 48)),
-      sign_(make_kind({96, 768, 375, 729}, 3)),
-      magnitude_(make_kind({128, 48 * 20, 20 * 24, 4 * 144, 20 * 108, 4096}, 4)),
-      tangential_flag_(make_kind({64, 64, 32}, 2)),
-      tangential_zero_(make_kind({16, 12}, 1)),
-      tangential_sign_(make_kind({4}, 1)),
-      tangential_magnitude_(make_kind({2 * kMagnitudeClasses, 8 * kMagnitudeClasses}, 1)) {
-  start(quiet_, kQuietStart);
-  start(zero_.tables[0], kZeroStart);
-  start(sign_.tables[0], kSignStart);
-  start(magnitude_.tables[0], kMagnitudeStart);
+void DetailModel::skip_band(const BandPlace& place) {
+  place_ = place;
+  nonzero_.clear();
 }
 
 void DetailModel::begin_band(const BandPlace& place) {
-  const bool has_coarser = place.coarser != nullptr;
-  assert(!has_coarser || normal_.size() == place.coarser->edges.size());
+  const auto count = static_cast<std::uint32_t>(place.level->edges.size());
   place_ = place;
-  inner_begin_ = has_coarser ? 2 * static_cast<std::uint32_t>(place.coarser->edges.size()) : 0;
   ratio_ = step_ratio(place.coarser_step_excess);
   average_ = 512;
-  coarser_normal_ = std::move(normal_);
-  coarser_tangential_ = std::move(tangential_);
-  normal_.assign(place.level->edges.size(), 0);
-  tangential_.assign(place.level->edges.size(), 0);
+  coarser_nonzero_.swap(nonzero_);
+  nonzero_.clear();
+  around_.assign(count, Around{});
+  active_.assign((count + kBlockDetails - 1) / kBlockDetails, place.coarser ? 0 : ~0ull);
+  if (count % kBlockDetails != 0) active_.back() &= (1ull << (count % kBlockDetails)) - 1;
+  inner_begin_ = place.coarser ? 2 * static_cast<std::uint32_t>(place.coarser->edges.size()) : 0;
+  if (!place.coarser) return;
+  for (std::size_t kind = 0; kind < 3; ++kind) {
+    for (std::size_t role = 0; role < 3; ++role) {
+      inherited_weights_[kind][role] = kInheritedWeights[kind][role] * ratio_ / 32;
+      inherited_value_weights_[kind][role] = kInheritedValueWeights[kind][role] * ratio_ / 32;
+    }
+  }
+  for (const Nonzero& source : coarser_nonzero_) spread_below(source);
 }
 
 void DetailModel::set(std::uint32_t e, const DetailPoint& point) {
-  normal_[e] = std::clamp(point[0], -kLargestSeen, kLargestSeen);
   const std::int64_t sum = std::abs(std::int64_t{point[1]}) + std::abs(std::int64_t{point[2]});
-  tangential_[e] = static_cast<std::int32_t>(std::min<std::int64_t>(sum, kLargestSeen));
-  if (place_.coarser == nullptr) average_ += (256 * std::abs(normal_[e]) - average_) / 32;
+  const Nonzero source = {
+      e, static_cast<std::int16_t>(std::clamp(point[0], -kLargestSeen, kLargestSeen)),
+      static_cast<std::uint8_t>(std::min<std::int64_t>(sum, 12))};
+  const bool is_zero = source.normal == 0 && source.tangential == 0;
+  if (!is_zero) nonzero_.push_back(source);
+  if (place_.coarser == nullptr) {
+    average_ += (256 * std::abs(source.normal) - average_) / 32;
+  } else if (is_zero) {
+    return;
+  }
+  spread_in_band(source);
 }
 
-void DetailModel::look_in_band(std::uint32_t e, Ring& ring) const {
+/// `ring`: 0 the other half, 1 first, 3 second.
+inline void DetailModel::add_in_band(const Nonzero& source, std::uint32_t target, int ring) {
+  if (target <= source.detail) return;
+  Around& around = around_[target];
+  const bool is_inner = source.detail >= inner_begin_ && place_.coarser != nullptr;
+  const bool has_coarser = place_.coarser != nullptr;
+  const std::size_t row = has_coarser ? at(kind_of(target)) : 3;
+  const std::size_t column = at(ring) + (is_inner ? 1 : 0);
+  const int magnitude = std::abs(source.normal);
+  around.band += kMagnitudeWeights[row][column] * magnitude;
+  around.mean += 16 * kValueWeights[row][column] * source.normal;
+  if (!has_coarser) around.below += kMagnitudeWeights[row][column];
+  const std::size_t group = kGroups[column];
+  around.few[group] = static_cast<std::uint8_t>(around.few[group] + std::min(magnitude, 15));
+  around.signs[group] = static_cast<std::int8_t>(around.signs[group] + few_signed(source.normal));
+  around.tangential = static_cast<std::uint8_t>(around.tangential + source.tangential);
+  active_[target / kBlockDetails] |= 1ull << (target % kBlockDetails);
+}
+
+void DetailModel::spread_in_band(const Nonzero& source) {
   const LevelTopology& level = *place_.level;
-  const bool has_inner = place_.coarser != nullptr;
-  const auto add = [&](std::size_t group, std::uint32_t other) {
-    if (other >= e) return;
-    const std::int32_t value = normal_[other];
-    ring.magnitude[group] += std::abs(value);
-    ring.value[group] += value;
-    ring.tangential += tangential_[other];
-    ++ring.count[group];
-  };
-  if (has_inner && e < inner_begin_) add(0, e ^ 1u);
+  const std::uint32_t e = source.detail;
+  if (e < inner_begin_) add_in_band(source, e ^ 1u, 0);
   for (const std::uint32_t face : level.edges[e].face) {
     if (face == kNone) continue;
     for (const std::uint32_t first : level.triangle_edges[face]) {
       if (first == e) continue;
-      add(has_inner && first >= inner_begin_ ? 2 : 1, first);
-      const Edge& edge = level.edges[first];
-      const std::uint32_t beyond = edge.face[0] == face ? edge.face[1] : edge.face[0];
+      add_in_band(source, first, 1);
+      const std::uint32_t beyond = face_beyond(level.edges[first], face);
       if (beyond == kNone) continue;
-      for (const std::uint32_t second : level.triangle_edges[beyond]) {
-        if (second != first) add(has_inner && second >= inner_begin_ ? 4 : 3, second);
-      }
+      for (const std::uint32_t second : level.triangle_edges[beyond])
+        if (second != first) add_in_band(source, second, 3);
     }
   }
 }
 
-void DetailModel::look_below(std::uint32_t e, DetailContext& context) const {
+inline void DetailModel::add_below(const Nonzero& source, std::uint32_t target, int role) {
+  Around& around = around_[target];
+  const std::size_t kind = at(kind_of(target));
+  const int magnitude = std::abs(source.normal);
+  around.below += magnitude * inherited_weights_[kind][at(role)];
+  around.mean += source.normal * inherited_value_weights_[kind][at(role)];
+  if (role == kParent)
+    around.parent = static_cast<std::uint16_t>(around.parent + (kind < 2 ? 2 : 1) * magnitude);
+  const std::size_t group = role == kParent ? kParents : kOthers;
+  around.signs[group] = static_cast<std::int8_t>(around.signs[group] + few_signed(source.normal));
+  around.tangential = static_cast<std::uint8_t>(around.tangential + source.tangential / 2);
+  active_[target / kBlockDetails] |= 1ull << (target % kBlockDetails);
+}
+
+void DetailModel::spread_below(const Nonzero& source) {
   const LevelTopology& level = *place_.coarser;
-  // Twice the parent's, as the parent of an inner edge is the mean of two.
-  std::array<int, 3> magnitude{}, value{}, count{};
-  const auto add = [&](std::size_t group, std::uint32_t edge, int times = 1) {
-    const std::int32_t v = coarser_normal_[edge];
-    magnitude[group] += times * std::abs(v);
-    value[group] += times * v;
-    context.tangential += coarser_tangential_[edge];
-    ++count[group];
-  };
-  if (e < inner_begin_) {
-    const std::uint32_t parent = e / 2;
-    const std::uint32_t end = level.edges[parent].vertex[e & 1];
-    add(0, parent, 2);
-    for (const std::uint32_t face : level.edges[parent].face) {
-      if (face == kNone) continue;
-      for (const std::uint32_t side : level.triangle_edges[face]) {
-        if (side == parent) continue;
-        const auto& ends = level.edges[side].vertex;
-        add(ends[0] == end || ends[1] == end ? 1 : 2, side);
-      }
-    }
-  } else {
-    const std::uint32_t face = (e - inner_begin_) / 3, k = (e - inner_begin_) % 3;
+  const std::uint32_t parent = source.detail;
+  const Edge& own = level.edges[parent];
+  add_below(source, 2 * parent, kParent);
+  add_below(source, 2 * parent + 1, kParent);
+  for (const std::uint32_t face : own.face) {
+    if (face == kNone) continue;
     const Triangle& sides = level.triangle_edges[face];
-    add(1, sides[(k + 1) % 3]);
-    for (const std::uint32_t side : {sides[k], sides[(k + 2) % 3]}) {
-      add(0, side);
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      // Inner edge k cuts off corner k, between sides k and k + 2.
+      const bool touches = sides[k] == parent || sides[(k + 2) % 3] == parent;
+      add_below(source, inner_begin_ + 3 * face + k, touches ? kParent : kUncle);
+      const std::uint32_t side = sides[k];
+      if (side == parent) continue;
       const Edge& edge = level.edges[side];
-      const std::uint32_t beyond = edge.face[0] == face ? edge.face[1] : edge.face[0];
+      for (std::uint32_t h = 0; h < 2; ++h) {
+        const bool meets = edge.vertex[h] == own.vertex[0] || edge.vertex[h] == own.vertex[1];
+        add_below(source, 2 * side + h, meets ? kUncle : kCousin);
+      }
+      const std::uint32_t beyond = face_beyond(edge, face);
       if (beyond == kNone) continue;
-      for (const std::uint32_t far : level.triangle_edges[beyond])
-        if (far != side) add(2, far);
+      const Triangle& far = level.triangle_edges[beyond];
+      for (std::uint32_t i = 0; i < 3; ++i)
+        if (far[i] == side || far[(i + 2) % 3] == side)
+          add_below(source, inner_begin_ + 3 * beyond + i, kCousin);
     }
   }
-  const auto scaled = [&](std::size_t group, int divisor) {
-    if (divisor == 0) return 0;
-    constexpr std::int64_t kLargest = std::int64_t{1} << 20;
-    return static_cast<int>(std::min(magnitude[group] * ratio_ / divisor, kLargest));
-  };
-  context.parent = scaled(0, 2);
-  context.uncle = scaled(1, count[1]);
-  context.cousin = scaled(2, count[2]);
-  for (std::size_t i = 0; i < 3; ++i) context.sums[4 + i] = value[i];
 }
 
 DetailContext DetailModel::look(std::uint32_t e) const {
-  DetailContext context;
-  context.detail = e;
+  DetailContext c;
+  const Around& around = around_[e];
   const bool has_coarser = place_.coarser != nullptr;
-  context.kind = !has_coarser ? 0 : (e < inner_begin_ ? static_cast<int>(e & 1) : 2);
-  context.is_boundary = place_.level->edges[e].is_boundary();
-  Ring ring;
-  look_in_band(e, ring);
-  if (has_coarser) look_below(e, context);
-
-  const std::size_t row = has_coarser ? at(context.kind) : 3;
-  const auto& weights = kMagnitudeWeights[row];
-  int known = 0, all = 0, sum = 0;
-  for (std::size_t i = 0; i < 5; ++i) {
-    all += weights[i];
-    if (ring.count[i] == 0) continue;
-    known += weights[i];
-    sum += weights[i] * (256 * ring.magnitude[i] / ring.count[i]);
-  }
-  const std::int64_t inherited = std::int64_t{weights[5]} * context.parent +
-                                 std::int64_t{weights[6]} * context.uncle +
-                                 std::int64_t{weights[7]} * context.cousin;
-  context.inherited = static_cast<int>(inherited / 256);
+  c.detail = e;
+  c.kind = kind_of(e);
+  c.is_quiet = (active_[e / kBlockDetails] >> (e % kBlockDetails) & 1) == 0;
+  c.is_faint = has_coarser && around.few[kNear] + around.few[kBeside] + around.parent == 0;
+  c.tangential = around.tangential;
+  if (c.is_quiet) return c;
+  int inherited = 0;
   if (has_coarser) {
-    context.expected = static_cast<int>((sum + inherited) * (all + kInheritedWeight) /
-                                        (known + kInheritedWeight) / 256);
+    inherited = around.below / 16;
+    c.expected = around.band + inherited;
   } else {
-    context.expected = static_cast<int>((std::int64_t{sum} + kAverageWeight * average_) /
-                                        (known + kAverageWeight));
+    c.expected = static_cast<int>(
+        (256 * std::int64_t{around.band} + kAverageWeight * std::int64_t{average_}) /
+        (around.below + kAverageWeight));
   }
-  const auto& u = kValueWeights[row];
-  const std::int64_t below =
-      u[5] * context.sums[4] / 2 + u[6] * context.sums[5] + u[7] * context.sums[6];
-  std::int64_t mean = below * ratio_ / 256;
-  for (std::size_t i = 0; i < 5; ++i) mean += u[i] * ring.value[i];
-  context.mean = static_cast<int>(std::clamp<std::int64_t>(mean, -(1 << 20), 1 << 20));
+  c.mean = around.mean / 16;
+  c.expected_bin = log_bin(c.expected);
+  c.inherited_bin = std::min(log_bin(inherited), 15);
+  c.parent_bin = std::min(log_bin(around.parent * ratio_ / 2) / 2, 8);
+  c.near = small_sum(around.few[kNear]);
+  c.far = small_sum(around.few[kFar]);
+  c.beside = small_sum(around.few[kBeside]);
+  c.beyond = small_sum(around.few[kFar] + around.few[kBeyond]);
+  c.first = small_sum(around.few[kNear] + around.few[kBeside]);
+  c.signs = around.signs;
+  return c;
+}
 
-  context.near = ring.magnitude[1];
-  context.far = ring.magnitude[3];
-  context.beside = ring.magnitude[2] + ring.magnitude[0];
-  context.sums[0] = ring.value[1];
-  context.sums[1] = ring.value[3];
-  context.sums[2] = ring.value[2] + ring.value[0];
-  context.sums[3] = ring.magnitude[4];
-  context.tangential += ring.tangential;
-  context.is_quiet = has_coarser && context.parent + context.uncle + context.cousin == 0;
-  for (const int magnitude : ring.magnitude) context.is_quiet &= magnitude == 0;
-  return context;
+MixedBit DetailModel::quiet_may_rise(bool has_active) {
+  MixedBit bit;
+  bit.add(statistics_.rise[at(2 * level() + (has_active ? 1 : 0))]);
+  bit.predict_alone();
+  return bit;
+}
+
+MixedBit DetailModel::block_has_tangential(bool last_block_has) {
+  MixedBit bit;
+  bit.add(statistics_.block_tangential[at(2 * level() + (last_block_has ? 1 : 0))]);
+  bit.predict_alone();
+  return bit;
 }
 
 MixedBit DetailModel::is_nonzero(const DetailContext& c) {
   MixedBit bit;
-  const int level = std::min(place_.band, kLevels - 1);
+  Statistics& s = statistics_;
   if (c.is_quiet) {
-    bit.add(quiet_[at(3 * level + c.kind)]);
+    bit.add(s.quiet[at(3 * level() + c.kind)]);
     bit.predict_alone();
     return bit;
   }
-  auto& t = zero_.tables;
-  const int expected = std::min(log_bin(c.expected), 31);
-  const int inherited = std::min(log_bin(c.inherited), 15);
-  const int first = small_sum(c.near + c.beside);
-  bit.add(t[0][at(32 * c.kind + expected)]);
-  bit.add(t[1][at((4 * level + c.kind) * 16 + expected / 2)]);
+  const int expected = std::min(c.expected_bin, 31);
+  if (c.is_faint) {
+    bit.add(s.faint[at((3 * level() + c.kind) * 32 + expected)]);
+    bit.predict_alone();
+    return bit;
+  }
+  const int beside = std::min(c.beside, 3);
+  bit.add(s.zero0[at(32 * c.kind + expected)]);
+  bit.add(s.zero1[at((4 * level() + c.kind) * 16 + expected / 2)]);
+  bit.add(s.zero2[at(((c.near * 6 + c.far) * 4 + beside) * 3 + c.kind)]);
+  bit.add(s.zero3[at((c.parent_bin * 16 + c.inherited_bin) * 3 + c.kind)]);
+  bit.add(s.zero4[at((c.first * 16 + c.inherited_bin) * 3 + c.kind)]);
+  bit.add(s.zero5[at((c.beyond * 16 + c.inherited_bin) * 6 + c.first)]);
   bit.add(
-      t[2][at(((small_sum(c.near) * 6 + small_sum(c.far)) * 4 + tiny_sum(c.beside)) * 3 + c.kind)]);
-  const auto coarse = [](int value) { return std::min(log_bin(value) / 2, 8); };
-  bit.add(t[3][at(((coarse(c.parent) * 9 + coarse(c.uncle)) * 9 + coarse(c.cousin)) * 3 + c.kind)]);
-  bit.add(t[4][at((first * 16 + inherited) * 3 + c.kind)]);
-  bit.add(t[5][at((small_sum(c.far + c.sums[3]) * 16 + inherited) * 6 + first)]);
-  bit.add(t[6][at((std::min(log_bin(std::abs(c.mean) / 8), 15) * 16 + expected / 2) * 3 + c.kind)]);
-  bit.predict(zero_.mixers[at(16 * c.kind + expected / 2)]);
+      s.zero6[at((std::min(log_bin(std::abs(c.mean) / 8), 15) * 16 + expected / 2) * 3 + c.kind)]);
+  bit.predict(s.zero_weights[at(16 * c.kind + expected / 2)]);
   return bit;
 }
 
 MixedBit DetailModel::is_negative(const DetailContext& c) {
   MixedBit bit;
-  auto& t = sign_.tables;
-  const int mean = signed_bin(c.mean), expected = std::min(log_bin(c.expected) / 2, 7);
-  const auto& s = c.sums;
-  bit.add(t[0][at(3 * mean + c.kind)]);
-  bit.add(t[1][at((8 * mean + expected) * 3 + c.kind)]);
-  bit.add(t[2][at(((sign5(s[0]) * 5 + sign5(s[1])) * 5 + sign5(s[2])) * 3 + c.kind)]);
-  const int around = (sign3(s[0]) * 3 + sign3(s[1])) * 3 + sign3(s[2]);
-  const int below = (sign3(s[4]) * 3 + sign3(s[5])) * 3 + sign3(s[6]);
-  bit.add(t[3][at(27 * around + below)]);
-  bit.predict(sign_.mixers[at(c.kind)]);
+  Statistics& s = statistics_;
+  const int mean = signed_bin(c.mean), expected = std::min(c.expected_bin / 2, 7);
+  bit.add(s.sign0[at(3 * mean + c.kind)]);
+  bit.add(s.sign1[at((8 * mean + expected) * 3 + c.kind)]);
+  const auto& v = c.signs;
+  bit.add(
+      s.sign2[at(((sign5(v[kNear]) * 5 + sign5(v[kFar])) * 5 + sign5(v[kBeside])) * 3 + c.kind)]);
+  const int around = (sign3(v[kNear]) * 3 + sign3(v[kFar])) * 3 + sign3(v[kBeside]);
+  bit.add(s.sign3[at(9 * around + 3 * sign3(v[kParents]) + sign3(v[kOthers]))]);
+  bit.predict(s.sign_weights[at(c.kind)]);
   return bit;
 }
 
 MixedBit DetailModel::is_above(const DetailContext& c, bool negative, int magnitude_class) {
   MixedBit bit;
-  auto& t = magnitude_.tables;
+  Statistics& s = statistics_;
   const int least = least_of_class(magnitude_class + 1);
-  const int scale = log_bin(std::int64_t{256} * least);
-  const int expected = std::min(log_bin(c.expected), 47);
+  // log_bin(256 least)
+  const int scale = 16 + log_bin(least);
+  const int expected = std::min(c.expected_bin, 47);
   const int relative = std::clamp(expected - scale + 20, 0, 31);
   const int few = std::min(magnitude_class, 3), many = std::min(magnitude_class, 19);
-  const int first = small_sum(c.near + c.beside);
-  bit.add(t[0][at(32 * few + relative)]);
-  bit.add(t[1][at(48 * many + expected)]);
-  bit.add(t[2][at((8 * many + std::min(place_.band, kLevels - 1)) * 3 + c.kind)]);
-  bit.add(t[3][at((few * 24 + std::clamp(log_bin(c.inherited) - scale + 20, 0, 23)) * 6 + first)]);
-  bit.add(t[4][at(((6 * many + small_sum(c.far)) * 6 + first) * 3 + c.kind)]);
-  const std::int64_t toward = negative ? -c.mean : c.mean;
-  const std::int64_t excess = (toward - std::int64_t{256} * least) / 32 / least;
-  const int bin = static_cast<int>(std::clamp<std::int64_t>(excess, -20, 11)) + 20;
-  bit.add(t[5][at((few * 32 + bin) * 32 + relative)]);
-  bit.predict(magnitude_.mixers[at(few)]);
+  bit.add(s.above0[at(32 * few + relative)]);
+  bit.add(s.above1[at(48 * many + expected)]);
+  bit.add(s.above2[at((8 * many + level()) * 3 + c.kind)]);
+  bit.add(s.above3[at((few * 24 + std::clamp(c.inherited_bin - scale + 20, 0, 23)) * 6 + c.first)]);
+  bit.add(s.above4[at(((6 * many + c.far) * 6 + c.first) * 3 + c.kind)]);
+  const int toward = negative ? -c.mean : c.mean;
+  const int bin = std::clamp(toward / (32 * least) - 8, -20, 11) + 20;
+  bit.add(s.above5[at((few * 32 + bin) * 32 + relative)]);
+  bit.predict(s.above_weights[at(few)]);
   return bit;
 }
 
 MixedBit DetailModel::has_tangential(const DetailContext& c, bool normal_is_zero) {
   MixedBit bit;
-  auto& t = tangential_flag_.tables;
-  const int around = std::min(c.tangential, 3), edge = c.is_boundary ? 1 : 0;
-  const int level = std::min(place_.band, kLevels - 1);
-  bit.add(t[0][at(((edge * 4 + around) * 2 + (normal_is_zero ? 1 : 0)) * 3 + c.kind)]);
-  bit.add(t[1][at((edge * 8 + level) * 4 + around)]);
-  bit.add(t[2][at(edge * 16 + std::min(log_bin(c.expected) / 2, 15))]);
-  bit.predict(tangential_flag_.mixers[at(edge)]);
+  Statistics& s = statistics_;
+  const int around = std::min(c.tangential, 3);
+  const int edge = place_.level->edges[c.detail].is_boundary() ? 1 : 0;
+  bit.add(s.tangential0[at(((edge * 4 + around) * 2 + (normal_is_zero ? 1 : 0)) * 3 + c.kind)]);
+  bit.add(s.tangential1[at((edge * 8 + level()) * 4 + around)]);
+  bit.add(s.tangential2[at(edge * 16 + std::min(c.expected_bin / 2, 15))]);
+  bit.predict(s.tangential_weights[at(edge)]);
   return bit;
 }
 
 MixedBit DetailModel::tangential_is_nonzero(const DetailContext& c, int component) {
   MixedBit bit;
-  auto& t = tangential_zero_.tables;
-  const int place = 2 * component + (c.is_boundary ? 1 : 0);
-  bit.add(t[0][at(4 * place + std::min(c.tangential, 3))]);
-  bit.add(t[1][at(3 * place + c.kind)]);
-  bit.predict(tangential_zero_.mixers[0]);
+  const int place = 2 * component + (place_.level->edges[c.detail].is_boundary() ? 1 : 0);
+  bit.add(statistics_.tangential_zero0[at(4 * place + std::min(c.tangential, 3))]);
+  bit.add(statistics_.tangential_zero1[at(3 * place + c.kind)]);
+  bit.predict(statistics_.tangential_zero_weights);
   return bit;
 }
 
 MixedBit DetailModel::tangential_is_negative(const DetailContext& c, int component) {
   MixedBit bit;
-  bit.add(tangential_sign_.tables[0][at(2 * component + (c.is_boundary ? 1 : 0))]);
+  const int edge = place_.level->edges[c.detail].is_boundary() ? 1 : 0;
+  bit.add(statistics_.tangential_sign[at(2 * component + edge)]);
   bit.predict_alone();
   return bit;
 }
@@ -359,11 +377,11 @@ MixedBit DetailModel::tangential_is_negative(const DetailContext& c, int compone
 MixedBit DetailModel::tangential_is_above(const DetailContext& c, int component,
                                           int magnitude_class) {
   MixedBit bit;
-  auto& t = tangential_magnitude_.tables;
-  bit.add(t[0][at(component * kMagnitudeClasses + magnitude_class)]);
+  Statistics& s = statistics_;
+  bit.add(s.tangential_above0[at(component * kMagnitudeClasses + magnitude_class)]);
   const int around = std::min(log_bin(c.tangential), 7);
-  bit.add(t[1][at(around * kMagnitudeClasses + magnitude_class)]);
-  bit.predict(tangential_magnitude_.mixers[0]);
+  bit.add(s.tangential_above1[at(around * kMagnitudeClasses + magnitude_class)]);
+  bit.predict(s.tangential_above_weights);
   return bit;
 }
 

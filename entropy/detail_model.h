@@ -33,34 +33,51 @@ struct BandPlace {
       0;  ///< step index of the coarser band less this one's; 0 if it has none
 };
 
+/// Details come in blocks of so many, the last one perhaps shorter.
+inline constexpr std::uint32_t kBlockDetails = 64;
+
 /// Neighbourhood of one detail, reduced to small numbers.
 struct DetailContext {
   std::uint32_t detail = 0;
-  int kind = 0;          ///< 0, 1: first, second half of a coarser edge; 2: edge inside a triangle
   bool is_quiet = true;  ///< nothing but zeros around
-  bool is_boundary = false;
-  int near = 0, far = 0, beside = 0;      ///< sums of magnitudes: first ring's, second's, the rest
-  int parent = 0, uncle = 0, cousin = 0;  ///< magnitudes around in the coarser band, 1/256 steps
-  int inherited = 0;                      ///< what they lead to expect, 1/256 steps
-  int expected = 0;                       ///< magnitude expected from all, 1/256 steps
-  int mean = 0;                           ///< value expected, 1/256 steps
-  std::array<int, 7> sums{};  ///< signed: near, far, beside, far beside, parent, uncle, cousin
-  int tangential = 0;         ///< tangential magnitudes around
+  bool is_faint = true;  ///< nothing but zeros in the first ring and at the parents
+  int kind = 0;          ///< 0, 1: first, second half of a coarser edge; 2: edge inside a triangle
+  int expected = 0;      ///< magnitude expected from all, 1/256 steps
+  int mean = 0;          ///< value expected, 1/256 steps
+  int expected_bin = 0, inherited_bin = 0, parent_bin = 0;
+  int near = 0, far = 0, beside = 0, beyond = 0;  ///< small numbers for sums of magnitudes
+  int first = 0;                                  ///< the same for near and beside together
+  std::array<std::int8_t, 6> signs{};             ///< sums of small values by group
+  int tangential = 0;                             ///< tangential magnitudes around, up to 255
 };
 
-/// Statistics of all bands so far, and the details of this band so far and of the last one.
+/// Statistics of all bands so far, and what is known of this band.
 class DetailModel {
  public:
   DetailModel();
 
-  /// The band's details start as zeros, and are so if none is set; those of the band before become
-  /// the coarser ones.
+  /// Starts a band whose details are zeros until set() says otherwise; those of the band before
+  /// become the coarser ones.
   void begin_band(const BandPlace& place);
+  /// The same for a band without payload: all zeros, no look().
+  void skip_band(const BandPlace& place);
 
+  /// Bit i: detail 64 block + i is not quiet, as far as is known now.
+  [[nodiscard]] std::uint64_t active(std::uint32_t block) const { return active_[block]; }
+  /// The same if none of the block's details were quiet.
+  [[nodiscard]] std::uint64_t all_of(std::uint32_t block) const {
+    const std::size_t left = around_.size() - std::size_t{block} * kBlockDetails;
+    return left >= kBlockDetails ? ~std::uint64_t{0} : (std::uint64_t{1} << left) - 1;
+  }
   /// Context of detail e; details 0 .. e-1 are known.
   [[nodiscard]] DetailContext look(std::uint32_t e) const;
+  /// Every detail of band 0, in order; of other bands those that are not zero.
   void set(std::uint32_t e, const DetailPoint& point);
 
+  /// Whether details of a block that are quiet may be other than zero.
+  [[nodiscard]] MixedBit quiet_may_rise(bool has_active);
+  /// Whether a block's details may have tangential parts.
+  [[nodiscard]] MixedBit block_has_tangential(bool last_block_has);
   [[nodiscard]] MixedBit is_nonzero(const DetailContext& context);
   [[nodiscard]] MixedBit is_negative(const DetailContext& context);
   /// Whether the magnitude's class is above `magnitude_class`, given that it is not below.
@@ -74,26 +91,77 @@ class DetailModel {
                                              int magnitude_class);
 
  private:
-  /// Counters of one kind of bit, by context; and the weights of the contexts.
-  struct BitKind {
-    std::vector<std::vector<BitCounter>> tables;
-    std::vector<MixerWeights> mixers;
-  };
-  struct Ring;
+  static constexpr int kLevels = 8;  // bands that are told apart
 
-  static BitKind make_kind(std::initializer_list<std::size_t> table_sizes, std::size_t mixers);
-  void look_in_band(std::uint32_t e, Ring& ring) const;
-  void look_below(std::uint32_t e, DetailContext& context) const;
+  /// All counters and weights; flat, so that a model is copied in one go.
+  struct Statistics {
+    std::array<BitCounter, 2 * kLevels> rise, block_tangential;
+    std::array<BitCounter, 3 * kLevels> quiet;
+    std::array<BitCounter, 96 * kLevels> faint;
+    std::array<BitCounter, 96> zero0;
+    std::array<BitCounter, 512> zero1;
+    std::array<BitCounter, 432> zero2, zero3;
+    std::array<BitCounter, 288> zero4;
+    std::array<BitCounter, 576> zero5;
+    std::array<BitCounter, 768> zero6, sign1;
+    std::array<BitCounter, 96> sign0;
+    std::array<BitCounter, 375> sign2;
+    std::array<BitCounter, 243> sign3;
+    std::array<BitCounter, 128> above0;
+    std::array<BitCounter, 960> above1;
+    std::array<BitCounter, 480> above2;
+    std::array<BitCounter, 576> above3;
+    std::array<BitCounter, 2160> above4;
+    std::array<BitCounter, 4096> above5;
+    std::array<BitCounter, 48> tangential0;
+    std::array<BitCounter, 64> tangential1;
+    std::array<BitCounter, 32> tangential2;
+    std::array<BitCounter, 16> tangential_zero0;
+    std::array<BitCounter, 12> tangential_zero1;
+    std::array<BitCounter, 4> tangential_sign;
+    std::array<BitCounter, 2 * kMagnitudeClasses> tangential_above0;
+    std::array<BitCounter, 8 * kMagnitudeClasses> tangential_above1;
+    std::array<MixerWeights, 48> zero_weights;
+    std::array<MixerWeights, 3> sign_weights;
+    std::array<MixerWeights, 4> above_weights;
+    std::array<MixerWeights, 2> tangential_weights;
+    MixerWeights tangential_zero_weights, tangential_above_weights;
+  };
+
+  /// What non-zero details around one detail have left at it.
+  struct Around {
+    std::int32_t band = 0;     ///< magnitude expected from its own band, 1/256 steps
+    std::int32_t below = 0;    ///< from the coarser band, 1/4096 steps; in band 0: weight known
+    std::int32_t mean = 0;     ///< value expected, 1/4096 steps
+    std::uint16_t parent = 0;  ///< magnitudes, twice a half's parent
+    std::array<std::uint8_t, 4> few{};   ///< magnitudes by group, each up to 15
+    std::array<std::int8_t, 6> signs{};  ///< values by group, each up to ±10
+    std::uint8_t tangential = 0;
+  };
+  struct Nonzero {
+    std::uint32_t detail = 0;
+    std::int16_t normal = 0;  // clamped
+    std::uint8_t tangential = 0;
+  };
+
+  void spread_in_band(const Nonzero& source);
+  void add_in_band(const Nonzero& source, std::uint32_t target, int ring);
+  void spread_below(const Nonzero& source);
+  void add_below(const Nonzero& source, std::uint32_t target, int role);
+  [[nodiscard]] int kind_of(std::uint32_t e) const {
+    return place_.coarser == nullptr ? 0 : (e < inner_begin_ ? static_cast<int>(e & 1) : 2);
+  }
+  [[nodiscard]] int level() const { return place_.band < kLevels ? place_.band : kLevels - 1; }
 
   BandPlace place_;
   std::uint32_t inner_begin_ = 0;  ///< first edge that is not half of a coarser one
-  std::int64_t ratio_ = 256;       ///< coarser step / step, in 1/256
-  std::int32_t average_ = 512;     ///< recent magnitudes, in 1/256 steps
-  // Magnitudes are clamped to kLargestSeen here.
-  std::vector<std::int32_t> normal_, coarser_normal_, tangential_, coarser_tangential_;
-  std::vector<BitCounter> quiet_;
-  BitKind zero_, sign_, magnitude_, tangential_flag_, tangential_zero_, tangential_sign_,
-      tangential_magnitude_;
+  std::int32_t ratio_ = 256;       ///< coarser step / step, in 1/256
+  std::array<std::array<std::int32_t, 3>, 3> inherited_weights_{}, inherited_value_weights_{};
+  std::int32_t average_ = 512;  ///< recent magnitudes of band 0, in 1/256 steps
+  std::vector<Around> around_;  ///< per detail of the band
+  std::vector<std::uint64_t> active_;
+  std::vector<Nonzero> nonzero_, coarser_nonzero_;
+  Statistics statistics_;
 };
 
 }  // namespace nacre::entropy

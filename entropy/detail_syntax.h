@@ -59,11 +59,35 @@ DetailPoint code_tangential(Coder& coder, DetailModel& model, const DetailContex
   return point;
 }
 
+/// What a block's head says.
+struct BlockHead {
+  bool quiet_may_rise = false;  ///< details with zeros around need not be zero
+  bool has_tangential = false;
+};
+
+template <class Coder>
+BlockHead code_block_head(Coder& coder, DetailModel& model, std::uint32_t block,
+                          bool band_has_tangential, bool last_has_tangential, BlockHead head) {
+  BlockHead coded;
+  const std::uint64_t active = model.active(block);
+  if (active != model.all_of(block))
+    coded.quiet_may_rise = coder.bit(model.quiet_may_rise(active != 0), head.quiet_may_rise);
+  if (band_has_tangential) {
+    coded.has_tangential =
+        coder.bit(model.block_has_tangential(last_has_tangential), head.has_tangential);
+  }
+  return coded;
+}
+
 template <class Coder>
 DetailPoint code_detail(Coder& coder, DetailModel& model, const DetailContext& context,
-                        bool has_tangential, DetailPoint point) {
-  point[0] = code_normal(coder, model, context, point[0]);
-  if (has_tangential) return code_tangential(coder, model, context, point);
+                        const BlockHead& head, DetailPoint point) {
+  if (context.is_quiet && !head.quiet_may_rise) {
+    point[0] = 0;
+  } else {
+    point[0] = code_normal(coder, model, context, point[0]);
+  }
+  if (head.has_tangential) return code_tangential(coder, model, context, point);
   return {point[0], 0, 0};
 }
 

@@ -25,6 +25,34 @@ std::vector<Vec3> Refiner::predict(int level, std::span<const Vec3> coarse) cons
   return predicted;
 }
 
+void Refiner::refine(int level, std::vector<Vec3>& positions) const {
+  if (!butterfly_) {
+    positions = loop_subdivide(topology_.level(level), positions);
+    return;
+  }
+  const std::uint32_t kept = topology_.level(level).vertex_count;
+  positions.resize(topology_.level(level + 1).vertex_count);
+  butterfly_->predict(level, std::span<const Vec3>(positions).first(kept),
+                      std::span(positions).subspan(kept));
+}
+
+namespace {
+
+/// Midpoint e with its detail.
+Vec3 displaced(const LevelTopology& level, std::span<const Vec3> predicted, std::uint32_t e,
+               const Vec3& d) {
+  const Vec3 normal = midpoint_normal(level, predicted, e);
+  Vec3 p = predicted[level.vertex_count + e];
+  p += normal * d[0];
+  if (d[1] == 0 && d[2] == 0) return p;
+  const Frame frame = frame_of(normal, edge_vector(level, predicted, e));
+  p += frame.tangent1 * d[1];
+  p += frame.tangent2 * d[2];
+  return p;
+}
+
+}  // namespace
+
 std::vector<Vec3> displace(const LevelTopology& level, std::span<const Vec3> predicted,
                            std::span<const Vec3> details) {
   assert(predicted.size() == level.vertex_count + details.size());
@@ -32,15 +60,19 @@ std::vector<Vec3> displace(const LevelTopology& level, std::span<const Vec3> pre
   for (std::uint32_t e = 0; e < details.size(); ++e) {
     const Vec3& d = details[e];
     if (d[0] == 0 && d[1] == 0 && d[2] == 0) continue;
-    Vec3& p = positions[level.vertex_count + e];
-    const Vec3 normal = midpoint_normal(level, predicted, e);
-    p += normal * d[0];
-    if (d[1] == 0 && d[2] == 0) continue;
-    const Frame frame = frame_of(normal, edge_vector(level, predicted, e));
-    p += frame.tangent1 * d[1];
-    p += frame.tangent2 * d[2];
+    positions[level.vertex_count + e] = displaced(level, predicted, e, d);
   }
   return positions;
+}
+
+void displace(const LevelTopology& level, const SparseBand& band, std::span<Vec3> positions,
+              std::vector<Vec3>& moved) {
+  // Frames are those of the prediction, so nothing moves before all are known.
+  moved.resize(band.edges.size());
+  for (std::size_t i = 0; i < moved.size(); ++i)
+    moved[i] = displaced(level, positions, band.edges[i], band.details[i]);
+  for (std::size_t i = 0; i < moved.size(); ++i)
+    positions[level.vertex_count + band.edges[i]] = moved[i];
 }
 
 Result<void> check_finite(std::span<const Vec3> positions) {

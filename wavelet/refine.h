@@ -17,6 +17,9 @@ class Refiner {
   /// All vertices of level + 1 before details: the kept ones (moved by Loop), then the midpoints.
   [[nodiscard]] std::vector<Vec3> predict(int level, std::span<const Vec3> coarse) const;
 
+  /// The same in place: `positions` grows from level to level + 1.
+  void refine(int level, std::vector<Vec3>& positions) const;
+
  private:
   const Topology& topology_;
   std::optional<ButterflyMask> butterfly_;  ///< none: Loop
@@ -27,6 +30,10 @@ class Refiner {
 [[nodiscard]] std::vector<Vec3> displace(const LevelTopology& level,
                                          std::span<const Vec3> predicted,
                                          std::span<const Vec3> details);
+
+/// The same in place, from predicted positions of level + 1; `moved` is room to work in.
+void displace(const LevelTopology& level, const SparseBand& band, std::span<Vec3> positions,
+              std::vector<Vec3>& moved);
 
 /// kBadInput naming the first vertex that has a coordinate that is not finite.
 [[nodiscard]] Result<void> check_finite(std::span<const Vec3> positions);

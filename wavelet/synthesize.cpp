@@ -58,4 +58,34 @@ Result<std::vector<Vec3>> synthesize(const Topology& topology, const Pyramid& py
   return positions;
 }
 
+struct Synthesizer::Impl {
+  const Topology& topology;
+  Refiner refiner;
+  std::vector<Vec3> moved;
+};
+
+Synthesizer::Synthesizer(const Topology& topology, Transform transform)
+    : impl_(new Impl{topology, Refiner(topology, transform), {}}) {}
+
+Synthesizer::~Synthesizer() = default;
+
+void Synthesizer::next_level(int level, const SparseBand& band, std::vector<Vec3>& positions) {
+  impl_->refiner.refine(level, positions);
+  displace(impl_->topology.level(level), band, positions, impl_->moved);
+}
+
+Result<std::vector<Vec3>> synthesize(const Topology& topology, std::vector<Vec3> base_positions,
+                                     std::span<const SparseBand> bands, Transform transform) {
+  const auto levels = static_cast<int>(bands.size());
+  if (levels > topology.level_count() || base_positions.size() != topology.level(0).vertex_count)
+    return Error{ErrorCode::kBadInput, "bands or base positions do not fit the topology"};
+  Synthesizer synthesizer(topology, transform);
+  std::vector<Vec3> positions = std::move(base_positions);
+  positions.reserve(topology.level(levels).vertex_count);
+  for (int j = 0; j < levels; ++j)
+    synthesizer.next_level(j, bands[static_cast<std::size_t>(j)], positions);
+  if (const auto ok = check_finite(positions); !ok) return ok.error();
+  return positions;
+}
+
 }  // namespace nacre::wavelet

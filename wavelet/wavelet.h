@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -41,6 +42,36 @@ enum class Transform : std::uint8_t {
 [[nodiscard]] Result<std::vector<Vec3>> synthesize(const Topology& topology, const Pyramid& pyramid,
                                                    Transform transform = Transform::kButterfly,
                                                    int levels = -1);
+
+/// A band's details that are not zero, by increasing edge of the band's level.
+struct SparseBand {
+  std::vector<std::uint32_t> edges;
+  std::vector<Vec3> details;
+};
+
+/// synthesize() level by level and from sparse bands, in place. Keeps a reference to `topology`.
+class Synthesizer {
+ public:
+  Synthesizer(const Topology& topology, Transform transform);
+  ~Synthesizer();
+  Synthesizer(const Synthesizer&) = delete;
+  Synthesizer& operator=(const Synthesizer&) = delete;
+
+  /// From the positions of level `level` to those of the next; `positions` grows by the band.
+  void next_level(int level, const SparseBand& band, std::vector<Vec3>& positions);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// All of it, for as many levels as there are bands, 0 .. topology.level_count().
+///
+/// Errors   kBadInput if there are too many bands or base positions, or a coordinate is not finite.
+[[nodiscard]] Result<std::vector<Vec3>> synthesize(const Topology& topology,
+                                                   std::vector<Vec3> base_positions,
+                                                   std::span<const SparseBand> bands,
+                                                   Transform transform = Transform::kButterfly);
 
 /// Squared error on the finest mesh per unit of squared error in a band (E in [LVQ] eq. (4),
 /// w_i = a_i E_i): entry 0 is the base, entry 1 + j band j.
