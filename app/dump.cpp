@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kPictureName = "picture.png";
-constexpr int kPanelSize = 480;
+constexpr int kOnePanel = 800, kManyPanels = 480;  // pixels
 
 Error cannot_write(const fs::path& folder, const std::string& what) {
   return {ErrorCode::kCannotWrite, fmt::format("{}: {}", folder.string(), what)};
@@ -138,7 +138,7 @@ void Dumper::write(DumpStage stage, const std::vector<Named>& meshes) {
     if (stage == DumpStage::kBase) panel.wire = panel.mesh;
   }
   PictureOptions options;
-  options.panel_width = options.panel_height = kPanelSize;
+  options.panel_width = options.panel_height = meshes.size() == 1 ? kOnePanel : kManyPanels;
   options.supersampling = 2;
   write_file(folder / kPictureName, render_png(panels, options));
 }

@@ -4,35 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <utility>
 
+#include "app/dump_colors.h"
 #include "app/files.h"
-#include "base/parallel.h"
 
 namespace nacre::app {
 namespace {
-
-constexpr Rgb kNormalGrey = {206, 204, 198}, kBoundaryBlue = {30, 90, 220},
-              kVectorOrange = {245, 130, 10}, kFoldMagenta = {225, 0, 140}, kBorder = {35, 35, 45};
-
-/// The fractional parts of multiples of the golden ratio: neighbours in number differ in hue.
-double hue_of(std::size_t index) {
-  const double turns = 0.618033988749895 * static_cast<double>(index);
-  return turns - std::floor(turns);
-}
-
-/// Hue 0 .. 1 round the wheel; saturation and value 0 .. 1.
-Rgb from_hsv(double hue, double saturation, double value) {
-  Rgb color{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double turn = std::fmod(5.0 - 2.0 * static_cast<double>(k) + 6 * hue, 6.0);
-    const double dark = std::clamp(std::min(turn, 4 - turn), 0.0, 1.0);
-    color[k] = static_cast<std::uint8_t>(std::lround(255 * value * (1 - saturation * dark)));
-  }
-  return color;
-}
 
 template <class Value>
 void put(std::vector<std::uint8_t>& out, const Value& value) {
@@ -181,83 +160,6 @@ DumpMesh dump_base(const Scan& scan, const remesh::Parameterisation& map, std::s
     if (boundary[v] != 0) dump.vertex_quality[v] += 1;
     dump.vertex_color.push_back(boundary[v] != 0 ? kBoundaryBlue : kNormalGrey);
   }
-  return dump;
-}
-
-namespace {
-
-/// A base triangle cut into cells², as fine as the scan's triangles can show.
-int checker_cells(std::size_t scan_triangles, std::size_t base_triangles) {
-  constexpr std::size_t kScanTrianglesPerCell = 6;
-  int cells = 1;
-  while (cells < 8 && base_triangles * 4 * cells * cells * kScanTrianglesPerCell <= scan_triangles)
-    cells *= 2;
-  return cells;
-}
-
-Rgb map_color(const remesh::DomainPoint& p, std::size_t first_face, int cells) {
-  const double hue = hue_of(first_face + p.face);
-  if (std::min({p.weight[0], p.weight[1], p.weight[2]}) < 0.025) return kBorder;
-  int whole = 0;  // cells - 1 in cells that stand as the triangle does, cells - 2 in the others
-  for (const double w : p.weight) whole += static_cast<int>(std::floor(w * cells));
-  return whole == cells - 2 ? from_hsv(hue, 0.25, 0.98) : from_hsv(hue, 0.6, 0.8);
-}
-
-/// The larger over the smaller singular value of a linear map of triangles: into the plane of
-/// `corner`, and into a base triangle of unit sides.
-float anisotropy(const std::array<Vec3, 3>& corner,
-                 const std::array<const remesh::DomainPoint*, 3>& image) {
-  const auto place = [](const remesh::DomainPoint& p) {
-    return Eigen::Vector2d(p.weight[1] + p.weight[2] / 2, p.weight[2] * std::sqrt(3.0) / 2);
-  };
-  const Vec3 e = corner[1] - corner[0], g = corner[2] - corner[0];
-  const double length = norm(e), area = norm(cross(e, g));
-  if (!(length > 0) || !(area > 0)) return 0;
-  Eigen::Matrix2d from, to;
-  from << length, dot(e, g) / length, 0, area / length;
-  to << place(*image[1]) - place(*image[0]), place(*image[2]) - place(*image[0]);
-  const Eigen::Matrix2d map = to * from.inverse();
-  // σ1² + σ2² and σ1 σ2 give both.
-  const double sum = map.squaredNorm(), product = std::abs(map.determinant());
-  const double spread = std::sqrt(std::max(0.0, sum * sum - 4 * product * product));
-  constexpr double kMost = 1e6;  // a face that the map flattens
-  return static_cast<float>(
-      std::sqrt(std::min((sum + spread) / std::max(sum - spread, 1e-300), kMost * kMost)));
-}
-
-}  // namespace
-
-DumpMesh dump_parameterisation(const Scan& scan, const remesh::Parameterisation& map,
-                               std::size_t first_face) {
-  DumpMesh dump;
-  dump.mesh = scan;
-  dump.comments = {
-      "parameterisation: a hue per base triangle, cut as some splits cut it; quality of a face is "
-      "the ratio of its singular values"};
-  const int cells = checker_cells(scan.triangles.size(), map.base.triangles.size());
-  const std::size_t count = scan.triangles.size();
-  dump.face_quality.assign(count, 0);
-  dump.face_color.resize(count);
-  dump.vertex_color.resize(scan.positions.size());
-  parallel_for_each_index(dump.vertex_color.size(), [&](std::size_t v) {
-    dump.vertex_color[v] = map_color(map.point[v], first_face, cells);
-  });
-  parallel_for_each_index(count, [&](std::size_t f) {
-    const Triangle& t = scan.triangles[f];
-    const std::array<const remesh::DomainPoint*, 3> image = {&map.point[t[0]], &map.point[t[1]],
-                                                             &map.point[t[2]]};
-    const std::uint32_t face = image[0]->face;
-    if (image[1]->face != face || image[2]->face != face) {
-      dump.face_color[f] = kBorder;
-      return;
-    }
-    remesh::DomainPoint centroid{face, {}};
-    for (const auto* p : image)
-      for (std::size_t k = 0; k < 3; ++k) centroid.weight[k] += p->weight[k] / 3;
-    dump.face_color[f] = map_color(centroid, first_face, cells);
-    dump.face_quality[f] =
-        anisotropy({scan.positions[t[0]], scan.positions[t[1]], scan.positions[t[2]]}, image);
-  });
   return dump;
 }
 

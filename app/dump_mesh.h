@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/dump_colors.h"
 #include "app/folds.h"
 #include "base/result.h"
 #include "base/scan.h"
@@ -15,8 +16,6 @@
 
 /// Steps of a run as coloured meshes.
 namespace nacre::app {
-
-using Rgb = std::array<std::uint8_t, 3>;
 
 /// A mesh with values and colours on its vertices and faces; empty, or one entry each.
 struct DumpMesh {
@@ -44,10 +43,10 @@ void append(DumpMesh& dump, DumpMesh more);
 [[nodiscard]] DumpMesh dump_base(const Scan& scan, const remesh::Parameterisation& map,
                                  std::size_t first_face = 0);
 
-/// The scan with the map painted on: each base triangle has its hue, in it a checkerboard of the
-/// triangles that some splits make, and dark borders. Quality of a face: how far the map stretches
-/// it out of shape, the larger singular value over the smaller (1: not at all; 0: its corners lie
-/// in several base triangles).
+/// The scan with the map painted on, split so that it shows: each base triangle has its hue, in it
+/// a checkerboard of the triangles that some splits make, and dark borders. Quality of a face: how
+/// far the map pulls it out of shape, the larger singular value over the smaller (1: not at all; 0:
+/// not known, it lies in several base triangles).
 [[nodiscard]] DumpMesh dump_parameterisation(const Scan& scan, const remesh::Parameterisation& map,
                                              std::size_t first_face = 0);
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <sstream>
 
 namespace nacre::app {
@@ -136,6 +137,27 @@ TEST(ParseRemesh, SharesTheRemeshOptions) {
   EXPECT_EQ(command.remesh.repair, remesh::RepairPolicy::kNone);
   EXPECT_EQ(command.report, "r.json");
   refused("remesh a.ply -o b.ply --size 4k");
+}
+
+TEST(ParseRemesh, TakesStepsToWriteDown) {
+  const auto wants = [](const RemeshCommand& command) {
+    return std::count(command.dump.stages.begin(), command.dump.stages.end(), true);
+  };
+  EXPECT_EQ(wants(parsed<RemeshCommand>("remesh a.ply -o b.ply")), 0);
+  const auto all = parsed<RemeshCommand>("remesh --work-dir w --dump all a.ply -o b.ply");
+  EXPECT_EQ(wants(all), 5);
+  EXPECT_EQ(all.dump.work_dir, "w");
+  EXPECT_EQ(all.scan, "a.ply");
+  const auto two =
+      parsed<RemeshCommand>("remesh a.ply -o b.ply --work-dir w --dump base,normal-mesh");
+  EXPECT_EQ(wants(two), 2);
+  EXPECT_TRUE(two.dump.wants(DumpStage::kBase));
+  EXPECT_TRUE(two.dump.wants(DumpStage::kNormalMesh));
+  EXPECT_FALSE(two.dump.wants(DumpStage::kClean));
+  refused("remesh a.ply -o b.ply --dump all");
+  refused("remesh a.ply -o b.ply --work-dir w");
+  EXPECT_NE(refused("remesh a.ply -o b.ply --work-dir w --dump bass").find("base"),
+            std::string::npos);
 }
 
 TEST(ParseCompare, TakesMapAndPicture) {

@@ -77,6 +77,23 @@ TEST(Render, ThroughAHoleOneSeesTheFarSidesBack) {
   EXPECT_FALSE(is_back_face(at(image, 48, 20)));
 }
 
+TEST(Render, ColoursOfFacesWinOverThoseOfVertices) {
+  using Rgb = std::array<std::uint8_t, 3>;
+  const Scan scan = square();
+  const std::vector<Rgb> vertex(4, Rgb{20, 200, 20});
+  const std::vector<Rgb> face = {{200, 20, 20}, {20, 20, 200}};  // below and above the diagonal
+  Panel panel = panel_of(scan);
+  panel.vertex_color = vertex;
+  const Pixel green = at(draw(panel, front()), 48, 60);
+  EXPECT_GT(green[1], 2 * std::max(green[0], green[2]));
+  panel.face_color = face;
+  const Image image = draw(panel, front());
+  EXPECT_GT(at(image, 60, 80)[0], 2 * at(image, 60, 80)[2]);
+  EXPECT_GT(at(image, 30, 20)[2], 2 * at(image, 30, 20)[0]);
+  panel.face_color = std::span(face).first(1);
+  EXPECT_EQ(render({&panel, 1}, front()).error().code, ErrorCode::kBadInput);
+}
+
 TEST(Render, TheNearerSurfaceWinsInAnyOrder) {
   Scan two = square(0);
   const Scan far = square(-1);  // behind, turned away
