@@ -207,8 +207,9 @@ struct Parser {
             "them: per distinct vertex); this goal with 1.0 is the default")
         ->check(positive_number())
         ->excludes(size);
-    verb->add_option("--profile", raw.profile, "Coder: best, or paper (ICASSP 2006, lattice VQ)")
-        ->check(CLI::IsMember({"best", "paper"}))
+    verb->add_option("--profile", raw.profile, "Coder: best, paper (ICASSP 2006, lattice VQ), or for comparison nmc (zerotrees), "
+                     "eqmc (variance classes)")
+        ->check(CLI::IsMember({"best", "paper", "nmc", "eqmc"}))
         ->capture_default_str();
     verb->add_option("--transform", raw.transform, "Wavelets: butterfly or loop")
         ->check(CLI::IsMember({"butterfly", "loop"}))
@@ -317,7 +318,7 @@ Result<Command> finish_encode(const Raw& raw, EncodeCommand command) {
   } else {
     command.bits_per_input_vertex = raw.bits_per_vertex.value_or(kDefaultBitsPerInputVertex);
   }
-  if (raw.profile == "paper") command.profile = codec::Profile::kPaper;
+  command.profile = codec::profile_of_name(raw.profile).value_or(command.profile);
   if (raw.transform == "loop") command.transform = wavelet::Transform::kLoop;
   command.remesh.repair = repair_policy(raw.repair);
   set_verbosity(raw, command.common);

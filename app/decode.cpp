@@ -9,6 +9,7 @@
 #include "app/report.h"
 #include "app/sizes.h"
 #include "app/verbs.h"
+#include "codec/comparators.h"
 #include "io/write.h"
 
 namespace nacre::app {
@@ -19,6 +20,7 @@ Result<SemiRegularMesh> decode_stream(const DecodeCommand& command,
   codec::DecodeOptions options;
   options.max_level = command.level;
   options.accept_prefix = command.partial;
+  options.comparators = codec::decode_comparator_bands;
   Result<SemiRegularMesh> mesh = codec::decode(bytes, options);
   if (!mesh) return stream_error(mesh.error(), command.stream);
   if (mesh->level_count < command.level) {

@@ -15,6 +15,7 @@
 #include "app/sizes.h"
 #include "app/verbs.h"
 #include "codec/codec.h"
+#include "codec/comparators.h"
 #include "codec/decode.h"
 
 namespace nacre::app {
@@ -63,7 +64,9 @@ Result<codec::Encoded> code(const EncodeCommand& command, const remesh::Remesh& 
 
 /// Decodes what will be written. An error here is the coder's fault, not the stream's.
 Result<TriangleMesh> decode_again(const EncodeCommand& command, const codec::Encoded& encoded) {
-  Result<SemiRegularMesh> decoded = codec::decode(encoded.bytes);
+  codec::DecodeOptions options;
+  options.comparators = codec::decode_comparator_bands;
+  Result<SemiRegularMesh> decoded = codec::decode(encoded.bytes, options);
   Result<TriangleMesh> mesh = decoded ? to_triangles(*decoded) : decoded.error();
   if (mesh) return mesh;
   return Error{ErrorCode::kNoConvergence,

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "base/topology.h"
+#include "codec/comparators.h"
 #include "codec/decode.h"
 #include "io/io.h"
 #include "io/write.h"
@@ -121,7 +122,9 @@ Result<Scan> load_surface(const fs::path& file) {
   }
   Result<std::vector<std::uint8_t>> bytes = io::read_file(file);
   if (!bytes) return in_file(bytes.error(), file);
-  Result<SemiRegularMesh> mesh = codec::decode(*bytes);
+  codec::DecodeOptions options;
+  options.comparators = codec::decode_comparator_bands;
+  Result<SemiRegularMesh> mesh = codec::decode(*bytes, options);
   if (!mesh) return stream_error(mesh.error(), file);
   Result<TriangleMesh> triangles = to_triangles(*mesh);
   if (!triangles) return stream_error(triangles.error(), file);

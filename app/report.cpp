@@ -60,7 +60,7 @@ Json encode_options_json(const EncodeRun& run) {
                                  : Json{{"kind", "bits_per_input_vertex"},
                                         {"value", command.bits_per_input_vertex.value_or(0)}};
   Json options = {
-      {"profile", command.profile == codec::Profile::kPaper ? "paper" : "best"},
+      {"profile", codec::profile_name(command.profile)},
       {"transform", command.transform == wavelet::Transform::kLoop ? "loop" : "butterfly"},
       {"theta_degrees", command.theta_degrees},
       {"goal", std::move(goal)},

@@ -15,6 +15,7 @@
 #include "base/parallel.h"
 #include "bench/support.h"
 #include "codec/codec.h"
+#include "codec/comparators.h"
 #include "io/io.h"
 #include "wavelet/wavelet.h"
 
@@ -111,7 +112,7 @@ Row run_goal(const Prepared& prepared, const Goal& goal, const Settings& setting
   row.goal = goal;
   codec::EncodeOptions options;
   options.target_bytes = goal.bytes;
-  options.profile = settings.profile == "paper" ? codec::Profile::kPaper : codec::Profile::kBest;
+  options.profile = codec::profile_of_name(settings.profile).value_or(codec::Profile::kBest);
   const auto encoded = codec::encode(prepared.remesh.mesh, options);
   if (!encoded) {
     row.error = encoded.error();
@@ -119,7 +120,8 @@ Row run_goal(const Prepared& prepared, const Goal& goal, const Settings& setting
   }
   row.coded = encoded->report;
   row.coded.bytes = encoded->bytes.size();
-  const auto decoded = codec::decode(encoded->bytes);
+  const auto decoded = codec::decode(
+      encoded->bytes, {.comparators = codec::decode_comparator_bands});
   const auto distance = decoded ? measure(prepared, *decoded, settings.samples)
                                 : Result<metric::Comparison>(decoded.error());
   if (!distance) {
@@ -272,7 +274,7 @@ int main_of(int argc, char** argv) {
   CLI::App app("Measures PSNR against the raw scan at several file sizes", "rate_table");
   app.add_option("MESH", settings.meshes, "Scans")->required();
   app.add_option("--profile", settings.profile)
-      ->check(CLI::IsMember({"best", "paper"}))
+      ->check(CLI::IsMember({"best", "paper", "nmc", "eqmc"}))
       ->capture_default_str();
   auto* bytes = app.add_option("--bytes", settings.bytes, "Whole-file sizes, e.g. 2k,4k")
                     ->delimiter(',')

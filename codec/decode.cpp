@@ -2,6 +2,7 @@
 #include "codec/decode.h"
 
 #include <algorithm>
+#include <array>
 #include <new>
 #include <string>
 
@@ -14,6 +15,8 @@
 
 namespace nacre::codec {
 namespace {
+
+constexpr std::array<std::string_view, 4> kProfileNames = {"paper", "best", "nmc", "eqmc"};
 
 /// The parts know nothing of the file: whatever they object to is damage at this place of it.
 Error corrupt_at(std::size_t where, const std::string& section, const Error& cause) {
@@ -116,7 +119,16 @@ Result<std::vector<Vec3>> decode_band(std::span<const std::uint8_t> bytes,
 
 Result<std::vector<std::vector<Vec3>>> decode_bands(std::span<const std::uint8_t> bytes,
                                                     const StreamLayout& layout,
-                                                    const Topology& topology, int levels) {
+                                                    const Topology& topology, int levels,
+                                                    const DecodeOptions& options) {
+  if (is_comparator(layout.header.profile)) {
+    if (options.comparators != nullptr)
+      return options.comparators(bytes, layout, topology, levels, options.max_vertices);
+    return Error{ErrorCode::kUnsupportedVersion,
+                 "the stream is of profile " + std::string(profile_name(layout.header.profile)) +
+                     ", which this decoder does not have",
+                 5};
+  }
   std::vector<std::vector<Vec3>> bands;
   for (int j = 0; j < levels; ++j) {
     auto band = decode_band(bytes, layout, static_cast<std::size_t>(j), topology.band_size(j));
@@ -128,7 +140,8 @@ Result<std::vector<std::vector<Vec3>>> decode_bands(std::span<const std::uint8_t
 
 Result<std::vector<Vec3>> decode_positions(std::span<const std::uint8_t> bytes,
                                            const StreamLayout& layout, const Topology& topology,
-                                           int levels, std::vector<Vec3> base_positions) {
+                                           int levels, std::vector<Vec3> base_positions,
+                                           const DecodeOptions& options) {
   const auto transform = layout.header.transform;
   Result<std::vector<Vec3>> positions = std::vector<Vec3>();
   if (layout.header.profile == Profile::kBest) {
@@ -136,7 +149,7 @@ Result<std::vector<Vec3>> decode_positions(std::span<const std::uint8_t> bytes,
     if (!bands) return bands.error();
     positions = wavelet::synthesize(topology, std::move(base_positions), *bands, transform);
   } else {
-    auto bands = decode_bands(bytes, layout, topology, levels);
+    auto bands = decode_bands(bytes, layout, topology, levels, options);
     if (!bands) return bands.error();
     const Pyramid pyramid = {std::move(base_positions), std::move(*bands)};
     positions = wavelet::synthesize(topology, pyramid, transform);
@@ -146,7 +159,8 @@ Result<std::vector<Vec3>> decode_positions(std::span<const std::uint8_t> bytes,
 }
 
 Result<SemiRegularMesh> decode_layout(std::span<const std::uint8_t> bytes,
-                                      const StreamLayout& layout, int levels) {
+                                      const StreamLayout& layout, int levels,
+                                      const DecodeOptions& options) {
   auto connectivity = decode_base(bytes, layout);
   if (!connectivity) return connectivity.error();
   auto topology = Topology::build_for_decoding(connectivity->triangles,
@@ -161,7 +175,8 @@ Result<SemiRegularMesh> decode_layout(std::span<const std::uint8_t> bytes,
   }
   auto base_positions = decode_base_positions(bytes, layout, *connectivity);
   if (!base_positions) return base_positions.error();
-  auto positions = decode_positions(bytes, layout, *topology, levels, std::move(*base_positions));
+  auto positions = decode_positions(bytes, layout, *topology, levels, std::move(*base_positions),
+                                    options);
   if (!positions) return positions.error();
   SemiRegularMesh mesh;
   mesh.base_vertex_count = connectivity->vertex_count;
@@ -203,6 +218,16 @@ StreamInfo describe(const StreamLayout& layout, std::size_t bytes_present) {
 
 }  // namespace
 
+std::string_view profile_name(Profile profile) {
+  return kProfileNames[static_cast<std::size_t>(profile)];
+}
+
+std::optional<Profile> profile_of_name(std::string_view name) {
+  for (std::size_t i = 0; i < kProfileNames.size(); ++i)
+    if (kProfileNames[i] == name) return static_cast<Profile>(i);
+  return std::nullopt;
+}
+
 Result<StreamInfo> inspect(std::span<const std::uint8_t> bytes, const DecodeOptions& options) {
   const auto layout = read_layout(bytes);
   if (!layout) return layout.error();
@@ -221,7 +246,7 @@ Result<SemiRegularMesh> decode(std::span<const std::uint8_t> bytes, const Decode
   const int levels = wanted_level(options, *available);
   if (const auto ok = check_limit(*layout, levels, options); !ok) return ok.error();
   try {
-    return decode_layout(bytes, *layout, levels);
+    return decode_layout(bytes, *layout, levels, options);
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::kLimitExceeded, "not enough memory for the stream's mesh", 0};
   }

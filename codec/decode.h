@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "base/semi_regular_mesh.h"
@@ -14,7 +16,24 @@ namespace nacre::codec {
 enum class Profile : std::uint8_t {
   kPaper = 0,  ///< lattice points as product codes, stack-run
   kBest = 1,   ///< integers chosen by their cost, context-mixed bits
+  // The coders that [LVQ] compares itself with, on the same mesh and in the same container. Their
+  // decoders are no part of the decoding half: see DecodeOptions::comparators.
+  kNmc = 2,   ///< zerotrees, bit plane by bit plane
+  kEqmc = 3,  ///< variance classes, estimated from what is decoded around
 };
+
+/// "paper", "best", "nmc" or "eqmc".
+[[nodiscard]] std::string_view profile_name(Profile profile);
+/// Its inverse; nothing for other names.
+[[nodiscard]] std::optional<Profile> profile_of_name(std::string_view name);
+
+struct StreamLayout;
+/// Details of the first `levels` bands of a stream, at most `max_vertices` on its finest level.
+using BandsDecoder = Result<std::vector<std::vector<Vec3>>> (*)(std::span<const std::uint8_t> bytes,
+                                                                const StreamLayout& layout,
+                                                                const Topology& topology,
+                                                                int levels,
+                                                                std::uint64_t max_vertices);
 
 struct DecodeOptions {
   int max_level = -1;  ///< decode no further than this level; -1: all that is there
@@ -22,6 +41,9 @@ struct DecodeOptions {
   std::uint64_t max_vertices = std::uint64_t{1} << 28;
   /// Accept a stream cut short: decode to the last whole band. Otherwise such a stream is corrupt.
   bool accept_prefix = false;
+  /// Decodes profiles nmc and eqmc: decode_comparator_bands() of codec/comparators.h. Without it
+  /// their streams are kUnsupportedVersion.
+  BandsDecoder comparators = nullptr;
 };
 
 /// What a stream says of itself, from its header and section lengths alone.

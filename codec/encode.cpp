@@ -9,7 +9,9 @@
 #include "codec/assemble.h"
 #include "codec/best_encode.h"
 #include "codec/codec.h"
+#include "codec/eqmc_coder.h"
 #include "codec/geometry_coder.h"
+#include "codec/nmc_coder.h"
 #include "codec/rate_control.h"
 #include "codec/stream_format.h"
 
@@ -35,6 +37,8 @@ Result<void> check(const SemiRegularMesh& mesh, const EncodeOptions& options) {
     return bad("base bits must lie in 6 .. 20");
   if (!(options.theta_degrees >= 0) || options.theta_degrees > 90)
     return bad("the cone's angle must lie in 0 .. 90 degrees");
+  if (is_comparator(options.profile) && options.transform != wavelet::Transform::kButterfly)
+    return bad("this profile has no transform but the butterfly");
   if (mesh.base_triangles.empty()) return bad("the mesh has no triangles");
   if (mesh.level_count < 0 || mesh.level_count > kMaxLevels)
     return bad("the mesh has " + std::to_string(mesh.level_count) +
@@ -327,6 +331,8 @@ Result<Encoded> encode(const SemiRegularMesh& mesh, const EncodeOptions& options
     if (!prepared) return prepared.error();
     if (context.cancelled()) return cancelled();
     if (options.profile == Profile::kBest) return encode_best(mesh, options, context, *prepared);
+    if (options.profile == Profile::kNmc) return encode_nmc(mesh, options, context, *prepared);
+    if (options.profile == Profile::kEqmc) return encode_eqmc(mesh, options, context, *prepared);
     return Encoder(mesh, options, context, *prepared).run();
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::kLimitExceeded, "not enough memory to encode the mesh", 0};

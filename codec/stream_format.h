@@ -19,6 +19,8 @@ inline constexpr int kVersion = 0;
 
 inline constexpr int kMaxLevels = 15;  ///< Levels and Coded_Bands are 4-bit fields
 inline constexpr int kMaxGridBits = 24;
+/// What the field of grid bits says if a byte of its own has them: profiles nmc and eqmc.
+inline constexpr int kGridBitsFollow = 31;
 /// Steps lie in 2^-200 .. 2^200, so that squared and crossed lengths neither overflow nor vanish.
 inline constexpr int kMaxStepIndex = 32 * 200;
 inline constexpr int kStepsPerOctave = 32;
@@ -28,6 +30,11 @@ inline constexpr std::int64_t kMaxGridCorner = std::int64_t{1} << 52;
 inline constexpr std::size_t kShortPayload = 2048;
 /// Largest payload a length field may state.
 inline constexpr std::uint64_t kMaxPayload = std::uint64_t{1} << 40;
+
+/// A profile whose decoder is not in the decoding half.
+[[nodiscard]] inline bool is_comparator(Profile profile) {
+  return profile == Profile::kNmc || profile == Profile::kEqmc;
+}
 
 /// One detail band as the header states it.
 struct BandEntry {

@@ -40,8 +40,10 @@ Header parse_fields(ByteReader& reader) {
   header.levels = shape & 0x0F;
   header.bands.resize(shape >> 4);
   header.transform = static_cast<wavelet::Transform>(flags & 0x01);
-  header.profile = static_cast<Profile>((flags >> 1) & 0x01);
   header.grid_bits = flags >> 3;
+  const bool bits_follow = header.grid_bits == kGridBitsFollow;
+  header.profile = static_cast<Profile>(((flags >> 1) & 0x01) + (bits_follow ? 2 : 0));
+  if (bits_follow) header.grid_bits = reader.byte();
   header.base_vertices = reader.varint();
   header.base_triangles =
       2 * header.base_vertices - static_cast<std::uint64_t>(unzigzag(reader.varint()));
@@ -85,6 +87,10 @@ Result<void> check_values(const Header& header) {
     return corrupt(4, "the last coded band is empty");
   if (header.grid_bits < 1 || header.grid_bits > kMaxGridBits)
     return corrupt(5, "bits per base coordinate are out of range");
+  if (is_comparator(header.profile) && header.transform != wavelet::Transform::kButterfly)
+    return corrupt(5, "this profile has no transform but the butterfly");
+  if (header.profile == Profile::kNmc && header.bands.size() > 1)
+    return corrupt(4, "this profile has one band of all details");
   for (int k = 0; k < 3; ++k) {
     if (!std::isfinite(header.origin[k])) return corrupt(6, "the origin is not finite");
     if (header.grid_corner[k] > kMaxGridCorner || header.grid_corner[k] < -kMaxGridCorner)

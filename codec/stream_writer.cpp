@@ -9,14 +9,16 @@ namespace nacre::codec {
 
 std::vector<std::uint8_t> write_header(const Header& header) {
   assert(header.bands.empty() || header.bands.back().payload_bytes > 0);
+  const bool bits_follow = is_comparator(header.profile);
   ByteWriter writer;
   for (const std::uint8_t byte : kMagic) writer.byte(byte);
   writer.byte(kVersion);
   writer.byte(static_cast<std::uint8_t>(header.levels | (header.bands.size() << 4)));
   writer.byte(static_cast<std::uint8_t>(static_cast<int>(header.transform) |
-                                        (static_cast<int>(header.profile) << 1) |
+                                        ((static_cast<int>(header.profile) & 1) << 1) |
                                         (header.has_origin() ? 0x04 : 0) |
-                                        (header.grid_bits << 3)));
+                                        (bits_follow ? kGridBitsFollow : header.grid_bits) << 3));
+  if (bits_follow) writer.byte(static_cast<std::uint8_t>(header.grid_bits));
   writer.varint(header.base_vertices);
   writer.varint(zigzag(static_cast<std::int64_t>(2 * header.base_vertices) -
                        static_cast<std::int64_t>(header.base_triangles)));
