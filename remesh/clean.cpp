@@ -10,8 +10,9 @@
 namespace nacre::remesh {
 namespace {
 
-/// Small pieces go only if all together have no more than this share of the area.
-constexpr double kSmallArea = 1e-3;
+/// What dropping small pieces may add to the error, as a share of the largest piece's extent: with
+/// the few per cent of the area that they have, below what 90 dB leave.
+constexpr double kSmallError = 5e-4;
 
 bool has_area(const Scan& scan) {
   return std::any_of(scan.triangles.begin(), scan.triangles.end(), [&](const Triangle& t) {
@@ -87,7 +88,7 @@ Result<CleanScan> clean(const Scan& scan, RepairPolicy policy, double small_exte
   if (!has_area(cleaned.scan))
     return Error{ErrorCode::kGeometryRefused, "no triangle has any area", 0};
   if (policy == RepairPolicy::kSafe && small_extent > 0)
-    drop_small_pieces(cleaned, source, small_extent, kSmallArea, counts);
+    drop_small_pieces(cleaned, source, {small_extent, kSmallError}, counts);
   sum_up(cleaned, counts);
   if (const auto ok = check_policy(cleaned.report, policy); !ok) return ok.error();
   return cleaned;

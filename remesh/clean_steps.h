@@ -93,8 +93,15 @@ void orient(Soup& soup, Joins& joins, CleanCounts& counts);
 void count_topology(CleanScan& cleaned, std::uint32_t piece_count,
                     std::span<const std::uint32_t> partner);
 
-/// Drops pieces that are small by both measures; `piece_source` is an input face of each piece.
+/// Both as shares of the largest piece's extent, the diagonal of its bounding box.
+struct SmallPieces {
+  double extent;  ///< only pieces of less extent go
+  double error;   ///< and only if they lie within this of the larger ones; infinite: wherever
+};
+
+/// Drops small pieces, unless they are much of the area; `face_source` is each triangle's input
+/// face.
 void drop_small_pieces(CleanScan& cleaned, std::span<const std::uint32_t> face_source,
-                       double extent_share, double area_share, CleanCounts& counts);
+                       const SmallPieces& options, CleanCounts& counts);
 
 }  // namespace nacre::remesh

@@ -62,7 +62,7 @@ Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext
   if (!options.predict) return Error{ErrorCode::kBadInput, "a prediction is required", 0};
   Remesh out;
   Stopwatch watch(out.costs);
-  auto cleaned = clean(scan, options.repair);
+  auto cleaned = clean(scan, options.repair, options.small_extent);
   if (!cleaned) return cleaned.error();
   out.clean = cleaned->report;
   const std::size_t scan_triangles = cleaned->scan.triangles.size();

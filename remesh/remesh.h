@@ -13,7 +13,8 @@
 namespace nacre::remesh {
 
 enum class RepairPolicy : std::uint8_t {
-  kSafe,    ///< weld, drop degenerate and duplicate faces, split non-manifold places, orient
+  kSafe,    ///< weld, drop degenerate and duplicate faces, split non-manifold places, orient,
+            ///< drop small pieces whose loss does not show
   kStrict,  ///< as safe, but refuse a scan that needs more than welding and isolated vertices
   kNone,    ///< refuse a scan that needs any change
 };
@@ -47,9 +48,8 @@ struct CleanScan {
   CleanReport report;
 };
 
-/// Pieces below this share of the bounding box diagonal are dust: half of what one part in a
-/// thousand of remeshing error is, and far below it together.
-inline constexpr double kSmallExtent = 5e-4;
+/// Pieces below this share of the largest one's extent (diagonal of the bounding box) are small.
+inline constexpr double kSmallExtent = 0.01;
 
 /// Makes an oriented 2-manifold of any soup, changing as little as that takes. A closed surface is
 /// not opened for the sake of what is attached to it, and a manifold comes back as it is, though
@@ -57,8 +57,9 @@ inline constexpr double kSmallExtent = 5e-4;
 ///
 /// Ensures  (1) cleaning the result changes nothing, and no policy refuses it
 ///          (2) nothing that is not in the report was done
-/// Options  small_extent: pieces smaller than this share of the diagonal are dropped (kSafe only),
-///          but not the largest piece, nor if they are more than 0.1 % of the area. 0: none.
+/// Options  small_extent: pieces smaller than this share of the largest one are dropped if they lie
+///          within 0.05 % of its extent of what stays, and are at most 5 % of the area: shreds on
+///          another layer, of which the error tells nothing. 0: none; kStrict and kNone: none.
 /// Errors   kGeometryRefused if nothing is left, or the policy forbids a needed change; kBadInput
 ///          if a coordinate is not finite or an option is out of range.
 [[nodiscard]] Result<CleanScan> clean(const Scan& scan, RepairPolicy policy = RepairPolicy::kSafe,
@@ -70,6 +71,8 @@ struct Options {
   /// Vertices of the base mesh, all pieces together. 0: chosen from the scan.
   int base_vertices = 0;
   RepairPolicy repair = RepairPolicy::kSafe;
+  /// See clean(). 0: every piece is kept.
+  double small_extent = kSmallExtent;
   /// The coder's own prediction (wavelet::predict); required.
   LevelPredictor predict;
   /// Told of the steps; never changes the result.

@@ -543,6 +543,57 @@ TEST(Clean, RefusesWhatHasNoSurface) {
   EXPECT_EQ(out.error().where, 2u);
 }
 
+/// A ball and `count` specks near its surface, `height` above it.
+Scan dusty_ball(std::size_t count, double size, double height) {
+  Scan scan = shapes::sphere(4);
+  TestRandom random(17);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3 at = scan.positions[random.below(1000)];
+    scan = shapes::joined(scan, shapes::moved(scaled(shapes::tetrahedron(), size), at * height));
+  }
+  return scan;
+}
+
+TEST(Clean, DropsSpecksThatLieOnTheSurface) {
+  const std::size_t faces = shapes::sphere(4).triangles.size();
+  const Scan specks = dusty_ball(20, 2e-4, 1);
+  const CleanScan out = cleaned(specks,
+                                {{"dropped small pieces",
+                                  {20,
+                                   {faces, faces + 4, faces + 8, faces + 12, faces + 16, faces + 20,
+                                    faces + 24, faces + 28}}}},
+                                {1, 1, 0, 0});
+  EXPECT_EQ(out.scan.triangles.size(), faces);
+  EXPECT_EQ(out.scan.positions.size(), shapes::sphere(4).positions.size());
+  const CleanAction& action = out.report.actions.at(0);
+  EXPECT_NEAR(action.area, 20 * std::sqrt(3.0) / 4 * 8 * 4 * 4e-8, 1e-12);
+  EXPECT_NEAR(action.extent, std::sqrt(12.0) * 2e-4, 1e-12);
+  // Not asked for, or the policy keeps them: strict does not refuse because of them.
+  EXPECT_EQ(clean(specks, RepairPolicy::kSafe, 0)->report.pieces, 21u);
+  for (const RepairPolicy policy : {RepairPolicy::kStrict, RepairPolicy::kNone})
+    EXPECT_EQ(clean(specks, policy)->report.pieces, 21u);
+  EXPECT_EQ(clean(specks, RepairPolicy::kSafe, -1).error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(clean(specks, RepairPolicy::kSafe, std::nan("")).error().code, ErrorCode::kBadInput);
+}
+
+TEST(Clean, KeepsPiecesWhoseLossWouldShow) {
+  cleaned(dusty_ball(5, 2e-4, 1.01), {}, {6, 6, 0, 0});  // off the surface
+  cleaned(dusty_ball(5, 0.02, 1), {}, {6, 6, 0, 0});     // too large
+  Scan alike;                                            // all small, none larger than another
+  for (int i = 0; i < 50; ++i)
+    alike = shapes::joined(
+        alike, shapes::moved(scaled(shapes::tetrahedron(), 0.01), {0.1 * i, 0.03 * i * i, 0}));
+  cleaned(alike, {}, {50, 50, 0, 0});
+  // Shreds that are a quarter of the surface: a plate, and triangles of another one above it.
+  Scan shreds = shapes::moved(shapes::grid(100, 100), {0.3, 0.3, 1e-3});
+  shreds = shapes::exploded(shapes::only(shreds, [](std::size_t f) { return f % 3 == 0; }));
+  const Scan plate = shapes::grid(200, 100);
+  const auto out = clean(shapes::joined(plate, shreds), RepairPolicy::kSafe, 0.01);
+  EXPECT_GT(out->report.pieces, 1000u);
+  const Scan few = shapes::only(shreds, [](std::size_t f) { return f < 60; });
+  cleaned(shapes::joined(plate, few), {{"dropped small pieces", {60, {}}}}, {1, 0, 1, 0});
+}
+
 /// A second cleaning finds nothing to do.
 void expect_idempotent(const Scan& scan) {
   const auto first = clean(scan);
@@ -625,7 +676,7 @@ TEST(Clean, IsIdempotent) {
   for (const Scan& scan :
        {shapes::exploded(shapes::torus(8, 6)), randomly_flipped(sphere, 0.5, 3, ids), inverted,
         shapes::joined(sphere, sphere), shapes::joined(sphere, shapes::moved(sphere, {2, 0, 0})),
-        fin, shapes::moebius(9)})
+        fin, shapes::moebius(9), dusty_ball(20, 2e-4, 1), dusty_ball(20, 2e-3, 1)})
     expect_idempotent(scan);
 }
 
