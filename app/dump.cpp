@@ -21,6 +21,8 @@ Error cannot_write(const fs::path& folder, const std::string& what) {
   return {ErrorCode::kCannotWrite, fmt::format("{}: {}", folder.string(), what)};
 }
 
+std::string level_name(std::size_t level) { return fmt::format("level-{}.ply", level); }
+
 std::string count_text(const DumpMesh& dump) {
   return fmt::format("{} vertices, {} faces", dump.mesh.positions.size(),
                      dump.mesh.triangles.size());
@@ -61,7 +63,7 @@ void Dumper::input(const Scan& scan) {
   DumpMesh dump;
   dump.mesh = scan;
   dump.comments = {"input: as read"};
-  write(DumpStage::kInput, {{"scan", std::move(dump)}});
+  write(DumpStage::kInput, {{"scan.ply", std::move(dump)}});
 }
 
 remesh::Observer Dumper::observer() {
@@ -86,7 +88,8 @@ Result<void> Dumper::finish() {
 }
 
 void Dumper::cleaned(const remesh::CleanScan& scan) {
-  if (settings_.wants(DumpStage::kClean)) write(DumpStage::kClean, {{"clean", dump_clean(scan)}});
+  if (settings_.wants(DumpStage::kClean))
+    write(DumpStage::kClean, {{"clean.ply", dump_clean(scan)}});
   if (!settings_.wants(DumpStage::kNormalMesh)) return;
   Result<FoldCheck> check = FoldCheck::build(scan.scan);
   if (check) {
@@ -105,8 +108,9 @@ void Dumper::base(const Scan& scan, const remesh::Parameterisation& map) {
 
 void Dumper::flush_base() {
   DumpMesh base = std::exchange(base_, {}), map = std::exchange(parameterisation_, {});
-  if (!base.mesh.triangles.empty()) write(DumpStage::kBase, {{"base", std::move(base)}});
-  if (!map.mesh.triangles.empty()) write(DumpStage::kParameterisation, {{"map", std::move(map)}});
+  if (!base.mesh.triangles.empty()) write(DumpStage::kBase, {{"base.ply", std::move(base)}});
+  if (!map.mesh.triangles.empty())
+    write(DumpStage::kParameterisation, {{"map.ply", std::move(map)}});
 }
 
 void Dumper::normal_mesh(const SemiRegularMesh& mesh, std::span<const std::uint8_t> kind) {
@@ -116,7 +120,7 @@ void Dumper::normal_mesh(const SemiRegularMesh& mesh, std::span<const std::uint8
   for (int level = 0; level <= mesh.level_count; ++level) {
     Result<DumpMesh> dump = dump_level(mesh, level, kind, *scan_);
     if (!dump) return fail(dump.error());
-    levels.push_back({fmt::format("level-{}", level), std::move(*dump)});
+    levels.push_back({level_name(static_cast<std::size_t>(level)), std::move(*dump)});
   }
   write(DumpStage::kNormalMesh, levels);
 }
@@ -126,15 +130,18 @@ void Dumper::write(DumpStage stage, const std::vector<Named>& meshes) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) return fail(cannot_write(folder, error.message()));
+  if (overwrite_ && stage == DumpStage::kNormalMesh) {  // the levels of a deeper run
+    for (std::size_t i = meshes.size(); fs::remove(folder / level_name(i), error); ++i) continue;
+  }
   std::vector<Panel> panels;
   for (const Named& named : meshes) {
-    write_file(folder / (named.name + ".ply"), to_ply(named.dump));
+    write_file(folder / named.name, to_ply(named.dump));
     Panel& panel = panels.emplace_back();
     panel.mesh = &named.dump.mesh;
     panel.vertex_color = named.dump.vertex_color;
     // Levels show their details; where a face's colour says more, it is the only one in the file.
     if (stage != DumpStage::kNormalMesh) panel.face_color = named.dump.face_color;
-    panel.caption = named.name + "\n" + count_text(named.dump);
+    panel.caption = fs::path(named.name).stem().string() + "\n" + count_text(named.dump);
     if (stage == DumpStage::kBase) panel.wire = panel.mesh;
   }
   PictureOptions options;

@@ -35,7 +35,7 @@ class Dumper {
 
  private:
   struct Named {
-    std::string name;  ///< without ".ply"
+    std::string name;  ///< of the file
     DumpMesh dump;
   };
   [[nodiscard]] std::filesystem::path folder_of(DumpStage stage) const;

@@ -284,6 +284,22 @@ TEST(Dumper, DoesNotOverwriteUnasked) {
   EXPECT_TRUE(scratch.has("05-normal-mesh/level-2.ply"));
 }
 
+TEST(Dumper, LeavesNoLevelsOfADeeperRun) {
+  const Scratch scratch;
+  std::filesystem::create_directories(scratch.file("05-normal-mesh"));
+  for (const char* name : {"level-0.ply", "level-3.ply", "level-4.ply", "notes.ply"})
+    scratch.write(std::string("05-normal-mesh/") + name, "old");
+  DumpSettings settings{scratch.folder(), {}};
+  settings.stages[static_cast<std::size_t>(DumpStage::kNormalMesh)] = true;
+  Dumper dumper(settings, true);
+  play(dumper);
+  EXPECT_TRUE(dumper.finish().has_value());
+  EXPECT_NE(scratch.read("05-normal-mesh/level-0.ply"), "old");
+  EXPECT_FALSE(scratch.has("05-normal-mesh/level-3.ply"));
+  EXPECT_FALSE(scratch.has("05-normal-mesh/level-4.ply"));
+  EXPECT_TRUE(scratch.has("05-normal-mesh/notes.ply"));
+}
+
 TEST(Dumper, SaysWhereItCannotWrite) {
   const Scratch scratch;
   scratch.write("file", "");
