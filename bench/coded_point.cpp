@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bench/coded_point.h"
+
+#include <fmt/format.h>
+
+#include "base/parallel.h"
+#include "codec/comparators.h"
+#include "io/write.h"
+
+namespace nacre::bench {
+namespace {
+
+void code_point(const PreparedScan& scan, std::size_t samples, CodedPoint& out) {
+  codec::EncodeOptions options;
+  options.profile = out.profile;
+  options.target_bytes = out.target_bytes;
+  auto encoded = codec::encode(scan.mesh, options);
+  if (!encoded) {
+    out.error = encoded.error();
+    return;
+  }
+  const auto decoded =
+      codec::decode(encoded->bytes, {.comparators = codec::decode_comparator_bands});
+  const auto distance = decoded ? distance_to_scan(scan, *decoded, samples)
+                                : Result<metric::Comparison>(decoded.error());
+  if (!distance) {
+    out.error = distance.error();
+    return;
+  }
+  out.point = rate_point(encoded->bytes.size(), *distance);
+  out.report = std::move(encoded->report);
+}
+
+}  // namespace
+
+std::vector<CodedPoint> code_points(const PreparedScan& scan,
+                                    const std::vector<codec::Profile>& profiles,
+                                    const std::vector<std::size_t>& sizes, std::size_t samples) {
+  std::vector<CodedPoint> points;
+  for (const codec::Profile profile : profiles)
+    for (const std::size_t bytes : sizes) points.push_back({profile, bytes, {}, {}, {}});
+  parallel_for_each_index(
+      points.size(), [&](std::size_t i) { code_point(scan, samples, points[i]); }, 1);
+  return points;
+}
+
+std::vector<RatePoint> curve_of(const std::vector<CodedPoint>& points, codec::Profile profile) {
+  std::vector<RatePoint> out;
+  for (const CodedPoint& p : points)
+    if (p.profile == profile && !p.error) out.push_back(p.point);
+  return out;
+}
+
+void write_text(const std::filesystem::path& file, const std::string& text) {
+  std::error_code ignored;
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), ignored);
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(text.data());
+  const auto done = io::write_file(file, std::span(bytes, text.size()), true);
+  if (!done) fmt::print(stderr, "{}: {}\n", file.string(), done.error().message);
+}
+
+}  // namespace nacre::bench
