@@ -64,7 +64,8 @@ class Axis {
     double step = 10 * power;
     for (const double factor : {5.0, 2.0, 1.0})
       if (factor * power >= rough) step = factor * power;
-    for (double k = std::ceil(low_ / step); k * step <= high_; k += 1) out.push_back(k * step);
+    // + 0 makes no tick of -0.
+    for (double k = std::ceil(low_ / step); k * step <= high_; k += 1) out.push_back(k * step + 0);
     return out;
   }
 
@@ -76,9 +77,7 @@ class Axis {
   double low_ = 0, high_ = 1;
 };
 
-std::string number(double value) {
-  return fmt::format("{:.4g}", std::abs(value) < 1e-12 ? 0 : value);
-}
+std::string number(double value) { return fmt::format("{:.4g}", value); }
 
 std::string frame(const Plot& plot, const Axis& x, const Axis& y) {
   const double right = kWidth - kRight, bottom = kHeight - kBottom;
@@ -138,14 +137,17 @@ std::string to_svg(const Plot& plot) {
       "font-family='sans-serif' font-size='12'>\n<rect width='{0}' height='{1}' fill='white'/>\n",
       kWidth, kHeight);
   out += frame(plot, x, y);
+  // To the right, below curves that rise and above those that fall.
+  const auto& first =
+      plot.series.empty() ? std::vector<std::pair<double, double>>{} : plot.series[0].points;
+  const bool falls = !first.empty() && first.back().second < first.front().second;
   double legend = 0;
   for (std::size_t i = 0; i < plot.series.size(); ++i) {
     const Series& s = plot.series[i];
     if (s.points.empty()) continue;
     const char* colour = kColours[i % kColours.size()];
     out += curve(s, colour, x, y);
-    // Curves rise to the right, so the corner below them is free.
-    const double at = kHeight - kBottom - 14 - legend;
+    const double at = falls ? kTop + 20 + legend : kHeight - kBottom - 14 - legend;
     out += fmt::format(
         "<rect x='{}' y='{}' width='18' height='4' fill='{}'/>"
         "<text x='{}' y='{}' text-anchor='end'>{}</text>\n",
