@@ -32,15 +32,14 @@ constexpr double kFar = 12;
 /// Every folded triangle makes a trial this much worse.
 constexpr double kFoldPenalty = 0.05;
 
-/// How many settings are tried, how many of the best trials are repaired, in how many rounds.
-struct Effort {
-  std::size_t settings, repaired;
-  int rounds;
-};
-constexpr Effort kFullEffort = {kSettings.size(), 2, 3};
-/// Nearly all the time of a large scan goes here.
-constexpr Effort kLargeEffort = {2, 1, 1};
-constexpr std::size_t kLargeScan = 500'000;  // triangles
+/// So many of the best trials are repaired, in so many rounds.
+constexpr std::size_t kRepaired = 2;
+constexpr int kRepairRounds = 3;
+
+/// Trials are made on a scan of about this many vertices, or so many for each base vertex.
+constexpr std::size_t kProxyVertices = 10'000, kProxyPerBase = 20;
+/// The map that comes back through the proxy has kinks where its triangles meet.
+constexpr int kFinalRounds = 2;
 
 /// How much dearer one round makes the vertices where a trial is unhealthy.
 constexpr double kDearer = 8;
@@ -59,6 +58,39 @@ struct Trial {
 
   [[nodiscard]] bool made() const { return !map.base.triangles.empty(); }
 };
+
+/// A smaller scan that stands for the given one in trials, and how to come back.
+struct Proxy {
+  Scan scan;
+  Parameterisation map;  // of the given scan onto it; without triangles: it is the scan itself
+};
+
+Result<Proxy> make_proxy(const Scan& scan, std::size_t vertices, const RunContext& context) {
+  SimplifyOptions options;
+  options.base_vertices = static_cast<int>(vertices);
+  auto map = simplify(scan, options, {}, context);
+  if (!map) return map.error();
+  Proxy proxy;
+  proxy.scan.triangles = map->base.triangles;
+  for (const std::uint32_t v : map->base.scan_vertex)
+    proxy.scan.positions.push_back(scan.positions[v]);
+  proxy.map = std::move(*map);
+  return proxy;
+}
+
+/// The composition: given scan → proxy → base.
+Parameterisation through(const Proxy& proxy, const Parameterisation& map) {
+  Parameterisation out;
+  out.base = map.base;
+  for (std::uint32_t& v : out.base.scan_vertex) v = proxy.map.base.scan_vertex[v];
+  out.point.resize(proxy.map.point.size());
+  const SurfaceMap surface_map(proxy.scan, map);
+  parallel_for_each_index(out.point.size(), [&](std::size_t v) {
+    const DomainPoint& p = proxy.map.point[v];
+    out.point[v] = surface_map.to_domain({p.face, p.weight});
+  });
+  return out;
+}
 
 /// Every so-manyth vertex of `from`, and its distance to the surface of `tree`.
 struct Distances {
@@ -159,13 +191,9 @@ void repair(const Scan& scan, const LineTree& tree, const LevelPredictor& predic
   }
 }
 
-}  // namespace
-
-Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, int base_vertices,
-                                     int levels, const LevelPredictor& predict,
-                                     const RunContext& context) {
-  const Effort& effort = scan.triangles.size() > kLargeScan ? kLargeEffort : kFullEffort;
-  std::vector<Trial> trials(effort.settings);
+Result<Trial> best_trial(const Scan& scan, const LineTree& tree, int base_vertices, int levels,
+                         const LevelPredictor& predict, const RunContext& context) {
+  std::vector<Trial> trials(kSettings.size());
   // Progress is told by one of them: they run side by side.
   RunContext quiet = context;
   quiet.progress = nullptr;
@@ -182,17 +210,40 @@ Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, int
       1);
   const auto better = [](const Trial& a, const Trial& b) { return a.figure < b.figure; };
   std::stable_sort(trials.begin(), trials.end(), better);
-  trials.resize(effort.repaired);
+  trials.resize(kRepaired);
   parallel_for_each_index(
       trials.size(),
       [&](std::size_t i) {
-        if (trials[i].made()) repair(scan, tree, predict, effort.rounds, quiet, trials[i]);
+        if (trials[i].made()) repair(scan, tree, predict, kRepairRounds, quiet, trials[i]);
       },
       1);
   if (context.cancelled()) return Error{ErrorCode::kCancelled, "interrupted", 0};
   Trial& best = *std::min_element(trials.begin(), trials.end(), better);
   if (!best.made()) return Error{ErrorCode::kNoConvergence, "no base mesh could be made", 0};
-  return std::move(best.map);
+  return std::move(best);
+}
+
+}  // namespace
+
+Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, int base_vertices,
+                                     int levels, const LevelPredictor& predict,
+                                     const RunContext& context) {
+  const std::size_t proxy_vertices =
+      std::max(kProxyVertices, kProxyPerBase * static_cast<std::size_t>(base_vertices));
+  if (scan.positions.size() <= proxy_vertices * 5 / 4) {
+    auto best = best_trial(scan, tree, base_vertices, levels, predict, context);
+    return best ? Result<Parameterisation>(std::move(best->map)) : best.error();
+  }
+  const auto proxy = make_proxy(scan, proxy_vertices, context);
+  if (!proxy) return proxy.error();
+  const LineTree proxy_tree(proxy->scan);
+  const auto best = best_trial(proxy->scan, proxy_tree, base_vertices, levels, predict, context);
+  if (!best) return best.error();
+  Parameterisation map = through(*proxy, best->map);
+  RelaxOptions relax_options;
+  relax_options.rounds = kFinalRounds;
+  relax(scan, map, relax_options, context);
+  return map;
 }
 
 }  // namespace nacre::remesh

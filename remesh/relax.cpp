@@ -8,6 +8,7 @@
 #include "base/parallel.h"
 #include "remesh/adjacency.h"
 #include "remesh/chart.h"
+#include "remesh/untangle.h"
 
 namespace nacre::remesh {
 namespace {
@@ -202,6 +203,7 @@ void relax(const Scan& scan, Parameterisation& parameterisation, const RelaxOpti
     for (int i = 0; i < options.sweeps; ++i) relaxer.sweep();
     context.report("parameterisation", (round + 1.0) / options.rounds);
   }
+  untangle(scan, parameterisation);
 }
 
 }  // namespace nacre::remesh

@@ -16,6 +16,8 @@ constexpr double kInside = -1e-9;
 /// Chart triangles of less area, in unit triangles, are rounding: a scan triangle with all corners
 /// on one boundary curve is one.
 constexpr double kFlatArea = 1e-13;
+/// Charts differ by less than this share of a triangle about where its sides are.
+constexpr double kGap = 0.25;
 
 double cross2(const Vec2& a, const Vec2& b) { return a[0] * b[1] - a[1] * b[0]; }
 
@@ -53,15 +55,22 @@ std::uint32_t SurfaceMap::start_triangle(std::uint32_t base_vertex) const {
 
 DomainPoint SurfaceMap::to_domain(const SurfacePoint& point) const {
   const Triangle& t = scan_.triangles[point.face];
-  const std::array<std::uint32_t, 3> faces = {map_.point[t[0]].face, map_.point[t[1]].face,
-                                              map_.point[t[2]].face};
-  const auto chart = atlas_.common_chart(faces);
+  // A point of a side depends on that side's ends only: a boundary curve stays exactly itself.
+  std::array<DomainPoint, 3> corners{};
+  std::array<double, 3> weight{};
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (point.weight[k] == 0) continue;
+    corners[count] = map_.point[t[k]];
+    weight[count++] = point.weight[k];
+  }
+  const auto chart = atlas_.common_chart({corners.data(), count});
   if (!chart) {
     const auto most = std::max_element(point.weight.begin(), point.weight.end());
     return map_.point[t[static_cast<std::size_t>(most - point.weight.begin())]];
   }
   Vec2 sum = Vec2::Zero();
-  for (std::size_t k = 0; k < 3; ++k) sum += point.weight[k] * *chart->map(map_.point[t[k]]);
+  for (std::size_t i = 0; i < count; ++i) sum += weight[i] * *chart->map(corners[i]);
   return chart->unmap(sum);
 }
 
@@ -70,13 +79,13 @@ std::optional<SurfacePoint> SurfaceMap::walk(const DomainPoint& target, std::uin
   std::optional<SurfacePoint> last;
   for (int step = 0; step < kMaxSteps; ++step) {
     const Triangle& t = scan_.triangles[face];
-    const std::array<std::uint32_t, 4> faces = {target.face, map_.point[t[0]].face,
-                                                map_.point[t[1]].face, map_.point[t[2]].face};
-    const auto chart = atlas_.common_chart(faces);
+    std::array<DomainPoint, 4> points = {target, map_.point[t[0]], map_.point[t[1]],
+                                         map_.point[t[2]]};
+    const auto chart = atlas_.common_chart(points);
     if (!chart) return std::nullopt;
-    const Vec2 p = *chart->map(target);
-    const std::array<Vec2, 3> c = {*chart->map(map_.point[t[0]]), *chart->map(map_.point[t[1]]),
-                                   *chart->map(map_.point[t[2]])};
+    const Vec2 p = *chart->map(points[0]);
+    const std::array<Vec2, 3> c = {*chart->map(points[1]), *chart->map(points[2]),
+                                   *chart->map(points[3])};
     const double area = cross2(c[1] - c[0], c[2] - c[0]);
     std::array<double, 3> w{};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -85,18 +94,21 @@ std::optional<SurfacePoint> SurfaceMap::walk(const DomainPoint& target, std::uin
       w[k] = area > kFlatArea ? part / area : part;
     }
     if (area > kFlatArea && std::min({w[0], w[1], w[2]}) >= kInside) return clamped(face, w);
-    // Leave by the side with the most negative weight, but never straight back.
+    // Leave by the side with the most negative weight.
     std::uint32_t leave = kNone;
     double least = 0;
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t side = (k + 1) % 3;  // opposite to corner k
-      if (w[k] < least && (neighbors_[face][side] != previous || previous == kNone)) {
+      if (w[k] < least) {
         least = w[k];
         leave = side;
       }
     }
     if (leave == kNone) return std::nullopt;
     const std::uint32_t next = neighbors_[face][leave];
+    // Two charts may put the target just outside of both triangles, each on the other's side.
+    if (next == previous && next != kNone && area > kFlatArea && least > -kGap)
+      return clamped(face, w);
     if (next == kNone) {
       // Over the boundary: the nearest point of this triangle, if the target is as good as on it.
       if (area > kFlatArea && least > -0.5) return clamped(face, w);

@@ -175,25 +175,37 @@ TEST(CommonChart, IsTheSameInAnyOrder) {
   }
 }
 
-TEST(CommonChart, IsNothingWithoutACommonCorner) {
+TEST(CommonChart, IsANetWithoutACommonCorner) {
+  TestRandom random(5);
   const BaseMesh base = base_of(shapes::icosahedron());
   const Atlas atlas(base);
-  std::size_t apart = 0;
   for (std::uint32_t f = 0; f < 20; ++f) {
-    for (std::uint32_t g = 0; g < 20; ++g) {
-      bool share = false;
-      for (const std::uint32_t v : base.triangles[f])
-        for (const std::uint32_t w : base.triangles[g]) share |= v == w;
-      const std::vector<std::uint32_t> pair = {f, g};
-      EXPECT_EQ(atlas.common_chart(pair).has_value(), share);
-      apart += !share;
-    }
+    // Around a triangle: its three neighbours share no corner. Unfolded, all four have unit sides.
+    const std::vector<std::uint32_t> faces = {base.neighbors[f][0], base.neighbors[f][1],
+                                              base.neighbors[f][2], f};
+    const auto net = atlas.common_chart(faces);
+    ASSERT_TRUE(net.has_value());
+    expect_round_trip(*net, faces, random);
+    for (const std::uint32_t g : faces)
+      EXPECT_NEAR((*net->map({g, {1, 0, 0}}) - *net->map({g, {0, 1, 0}})).norm(), 1, 1e-14);
+    for (std::uint32_t k = 0; k < 3; ++k)
+      for (const double t : {0.0, 0.3, 1.0}) expect_continuous(*net, base, f, k, t);
   }
-  EXPECT_EQ(apart, 20u * 10u);
-  // Pairwise neighbours, but no corner of all three: around a triangle of the tetrahedron's kind.
-  const std::vector<std::uint32_t> ring = {base.neighbors[0][0], base.neighbors[0][1],
-                                           base.neighbors[0][2]};
-  EXPECT_FALSE(atlas.common_chart(ring).has_value());
+}
+
+TEST(CommonChart, IsNothingAcrossPieces) {
+  Scan two = shapes::icosahedron();
+  const auto n = static_cast<std::uint32_t>(two.positions.size());
+  const std::size_t faces = two.triangles.size();
+  for (std::size_t f = 0; f < faces; ++f) {
+    const Triangle t = two.triangles[f];
+    two.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
+  }
+  two.positions.insert(two.positions.end(), two.positions.begin(), two.positions.begin() + n);
+  const BaseMesh base = base_of(two);
+  const Atlas atlas(base);
+  const std::vector<std::uint32_t> apart = {0, 20};
+  EXPECT_FALSE(atlas.common_chart(apart).has_value());
 }
 
 TEST(Chart, KnowsWhatIsNotItsOwn) {

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "remesh/refinement.h"
+
+#include <array>
+
+namespace nacre::remesh {
+
+void Refinement::resize(std::size_t vertices) {
+  positions.resize(vertices);
+  surface.resize(vertices);
+  domain.resize(vertices);
+  kind.resize(vertices, kNormal);
+}
+
+void Refinement::store(std::size_t vertex, const SurfacePoint& point, const Vec3& at, Kind k) {
+  surface[vertex] = point;
+  domain[vertex] = map_.to_domain(point);
+  positions[vertex] = at;
+  kind[vertex] = k;
+}
+
+void Refinement::store(std::size_t vertex, const SurfacePoint& point, Kind k) {
+  store(vertex, point, position_of(point, scan().triangles, scan().positions), k);
+}
+
+Vec3 Refinement::scan_normal(std::uint32_t face) const {
+  const Triangle& t = scan().triangles[face];
+  const auto& p = scan().positions;
+  return (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]).stableNormalized();
+}
+
+double Refinement::facing(const Triangle& t) const {
+  const Vec3 n = (positions[t[1]] - positions[t[0]]).cross(positions[t[2]] - positions[t[0]]);
+  const Vec3 under = scan_normal(surface[t[0]].face) + scan_normal(surface[t[1]].face) +
+                     scan_normal(surface[t[2]].face);
+  const double size = n.norm() * under.norm();
+  return size > 0 ? n.dot(under) / size : 0;
+}
+
+bool Refinement::is_turned(const Triangle& t, std::uint32_t base_face) const {
+  std::array<DomainPoint, 3> p = {seen_from(t[0], base_face), seen_from(t[1], base_face),
+                                  seen_from(t[2], base_face)};
+  const auto chart = map_.atlas().common_chart(p);
+  if (!chart) return true;
+  const Atlas::Vec2 a = *chart->map(p[0]), b = *chart->map(p[1]) - a, c = *chart->map(p[2]) - a;
+  return b[0] * c[1] - b[1] * c[0] <= 0;
+}
+
+DomainPoint Refinement::seen_from(std::uint32_t vertex, std::uint32_t base_face) const {
+  const DomainPoint& p = domain[vertex];
+  return map_.atlas().seen_from(p, base_face).value_or(p);
+}
+
+SurfacePoint Refinement::expected_point(const Edge& edge, std::uint32_t base_face,
+                                        const Vec3& otherwise) const {
+  std::array<DomainPoint, 2> ends = {seen_from(edge.vertex[0], base_face),
+                                     seen_from(edge.vertex[1], base_face)};
+  const auto chart = map_.atlas().common_chart(ends);
+  if (!chart) return tree_.nearest(otherwise);
+  const DomainPoint middle = chart->unmap((*chart->map(ends[0]) + *chart->map(ends[1])) / 2);
+  return map_.to_surface(middle, surface[edge.vertex[0]].face);
+}
+
+}  // namespace nacre::remesh

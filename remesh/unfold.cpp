@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+
+#include "remesh/refinement.h"
+
+namespace nacre::remesh {
+namespace {
+
+constexpr int kRetractPasses = 6, kUnfoldPasses = 6;
+
+/// Works on the vertices that `level` + 1 adds; the older ones stay.
+class Unfolder {
+ public:
+  Unfolder(Refinement& mesh, int level, const LevelPrediction& prediction, double reach)
+      : mesh_(mesh),
+        prediction_(prediction),
+        coarse_(mesh.topology().level(level)),
+        fine_(mesh.topology().level(level + 1)),
+        level_(level),
+        reach_(reach) {}
+
+  /// New vertices of turned triangles go to where their parents say. The parents' triangles are not
+  /// turned, so their middles cannot be, but for what charts disagree about. False: nothing to do.
+  bool retract() {
+    const auto vertices = new_vertices_of(
+        [&](std::size_t i) { return mesh_.is_turned(fine_.triangles[i], base_face(i)); });
+    bool any = false;
+    for (const std::uint32_t v : vertices) {
+      if (mesh_.kind[v] != Refinement::kNormal) continue;
+      mesh_.store(v, expected(v), Refinement::kVector);
+      any = true;
+    }
+    return any;
+  }
+
+  /// New vertices of folded triangles move to whichever other place of theirs is the least bad.
+  bool unfold() {
+    const auto vertices =
+        new_vertices_of([&](std::size_t i) { return mesh_.is_folded(fine_.triangles[i]); });
+    bool any = false;
+    for (const std::uint32_t v : vertices) any |= replace(v);
+    return any;
+  }
+
+ private:
+  struct Place {
+    SurfacePoint point;
+    Vec3 at;
+    Refinement::Kind kind;
+  };
+
+  [[nodiscard]] std::uint32_t base_face(std::size_t fine_triangle) const {
+    return static_cast<std::uint32_t>(fine_triangle >> (2 * (level_ + 1)));
+  }
+  [[nodiscard]] const Edge& edge_of(std::uint32_t vertex) const {
+    return coarse_.edges[vertex - coarse_.vertex_count];
+  }
+  [[nodiscard]] SurfacePoint expected(std::uint32_t vertex) const {
+    const Edge& edge = edge_of(vertex);
+    return mesh_.expected_point(edge, edge.face[0] >> (2 * level_),
+                                prediction_.points[vertex - coarse_.vertex_count]);
+  }
+
+  template <class Bad>
+  [[nodiscard]] std::vector<std::uint32_t> new_vertices_of(const Bad& bad) const {
+    std::vector<std::uint32_t> vertices;
+    for (std::size_t i = 0; i < fine_.triangles.size(); ++i) {
+      if (!bad(i)) continue;
+      for (const std::uint32_t v : fine_.triangles[i])
+        if (v >= coarse_.vertex_count && !edge_of(v).is_boundary()) vertices.push_back(v);
+    }
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    return vertices;
+  }
+
+  /// Calls visit(i) for each fine triangle that has the vertex.
+  template <class Visit>
+  void for_triangles_at(std::uint32_t vertex, const Visit& visit) const {
+    for (const std::uint32_t face : edge_of(vertex).face) {
+      if (face == kNone) continue;
+      for (std::uint32_t child = 4 * face; child < 4 * face + 4; ++child) {
+        const Triangle& t = fine_.triangles[child];
+        if (t[0] == vertex || t[1] == vertex || t[2] == vertex) visit(child);
+      }
+    }
+  }
+
+  /// 0: all is well around the vertex. A fold counts 1 and more, a turned triangle 1.
+  [[nodiscard]] double badness(std::uint32_t vertex) const {
+    double sum = 0;
+    for_triangles_at(vertex, [&](std::uint32_t i) {
+      const double facing = mesh_.facing(fine_.triangles[i]);
+      sum += facing < 0 ? 1 - facing : 0;
+      sum += mesh_.is_turned(fine_.triangles[i], base_face(i)) ? 1 : 0;
+    });
+    return sum;
+  }
+
+  bool replace(std::uint32_t vertex) {
+    double least = badness(vertex);
+    if (least == 0) return false;
+    const Place kept{mesh_.surface[vertex], mesh_.positions[vertex],
+                     static_cast<Refinement::Kind>(mesh_.kind[vertex])};
+    Place best = kept;
+    for (const Place& place : other_places(vertex)) {
+      mesh_.store(vertex, place.point, place.at, place.kind);
+      const double bad = badness(vertex);
+      if (bad >= least) continue;
+      least = bad;
+      best = place;
+    }
+    mesh_.store(vertex, best.point, best.at, best.kind);
+    return best.at != kept.at;
+  }
+
+  /// All hits of the line, the expected point, the scan nearest to the prediction, to the edge's
+  /// middle and to the middle of the vertices around.
+  [[nodiscard]] std::vector<Place> other_places(std::uint32_t vertex) const {
+    const std::uint32_t e = vertex - coarse_.vertex_count;
+    const Edge& edge = coarse_.edges[e];
+    const Vec3& predicted = prediction_.points[e];
+    const Vec3& normal = prediction_.frames[e].normal;
+    const Vec3 &a = mesh_.positions[edge.vertex[0]], &b = mesh_.positions[edge.vertex[1]];
+    const LineTree& tree = mesh_.tree();
+    std::vector<Place> places;
+    for (const LineTree::Hit& hit : tree.hits(predicted, normal, reach_ * (a - b).norm()))
+      places.push_back({hit.point, predicted + hit.t * normal, Refinement::kNormal});
+    for (const SurfacePoint& p : {expected(vertex), tree.nearest(predicted),
+                                  tree.nearest((a + b) / 2), tree.nearest(middle_around(vertex))})
+      places.push_back(
+          {p, position_of(p, mesh_.scan().triangles, mesh_.scan().positions), Refinement::kVector});
+    return places;
+  }
+
+  [[nodiscard]] Vec3 middle_around(std::uint32_t vertex) const {
+    Vec3 sum = Vec3::Zero();
+    double count = 0;
+    for_triangles_at(vertex, [&](std::uint32_t i) {
+      for (const std::uint32_t v : fine_.triangles[i]) {
+        if (v == vertex) continue;
+        sum += mesh_.positions[v];
+        ++count;
+      }
+    });
+    return sum / count;
+  }
+
+  Refinement& mesh_;
+  const LevelPrediction& prediction_;
+  const LevelTopology &coarse_, &fine_;
+  int level_;
+  double reach_;
+};
+
+}  // namespace
+
+void unfold(Refinement& mesh, int level, const LevelPrediction& prediction, double reach) {
+  Unfolder unfolder(mesh, level, prediction, reach);
+  for (int pass = 0; pass < kRetractPasses; ++pass)
+    if (!unfolder.retract()) break;
+  for (int pass = 0; pass < kUnfoldPasses; ++pass)
+    if (!unfolder.unfold()) break;
+}
+
+}  // namespace nacre::remesh

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "remesh/untangle.h"
+
+#include <algorithm>
+#include <array>
+
+#include "remesh/adjacency.h"
+#include "remesh/chart.h"
+
+namespace nacre::remesh {
+namespace {
+
+using Vec2 = Eigen::Vector2d;
+/// Rings around a turned triangle that may move, attempt by attempt.
+constexpr std::array<int, 6> kRings = {1, 2, 3, 4, 6, 9};
+constexpr int kSweepsPerRing = 15;
+
+class Untangler {
+ public:
+  Untangler(const Scan& scan, Parameterisation& map)
+      : scan_(scan),
+        point_(map.point),
+        atlas_(map.base),
+        neighbors_(
+            side_neighbors(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()))),
+        face_of_(
+            face_of_vertex(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()))) {}
+
+  std::size_t run() {
+    std::vector<std::uint32_t> turned;
+    for (std::uint32_t f = 0; f < scan_.triangles.size(); ++f)
+      if (is_turned(f)) turned.push_back(f);
+    for (const int rings : kRings) {
+      if (turned.empty()) break;
+      turned = attempt(turned, rings);
+    }
+    return turned.size();
+  }
+
+ private:
+  [[nodiscard]] bool is_turned(std::uint32_t face) const {
+    const Triangle& t = scan_.triangles[face];
+    std::array<DomainPoint, 3> p = {point_[t[0]], point_[t[1]], point_[t[2]]};
+    const auto chart = atlas_.common_chart(p);
+    if (!chart) return true;
+    const Vec2 a = *chart->map(p[0]), b = *chart->map(p[1]), c = *chart->map(p[2]);
+    return (b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0] < 0;
+  }
+
+  std::vector<std::uint32_t> attempt(const std::vector<std::uint32_t>& turned, int rings) {
+    const std::vector<std::uint32_t> region = around(turned, rings);
+    for (int sweep = 0; sweep < kSweepsPerRing * rings; ++sweep)
+      for (const std::uint32_t v : region) move(v);
+    std::vector<std::uint32_t> touched;
+    for (const std::uint32_t v : region) {
+      collect_star(scan_.triangles, neighbors_, v, face_of_[v], star_);
+      touched.insert(touched.end(), star_.faces.begin(), star_.faces.end());
+    }
+    touched.insert(touched.end(), turned.begin(), turned.end());
+    std::sort(touched.begin(), touched.end());
+    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+    std::erase_if(touched, [&](std::uint32_t f) { return !is_turned(f); });
+    return touched;
+  }
+
+  /// Inner vertices within so many rings of the triangles' corners, ascending.
+  [[nodiscard]] std::vector<std::uint32_t> around(const std::vector<std::uint32_t>& triangles,
+                                                  int rings) {
+    std::vector<std::uint32_t> region;
+    for (const std::uint32_t f : triangles)
+      region.insert(region.end(), scan_.triangles[f].begin(), scan_.triangles[f].end());
+    for (int ring = 1; ring < rings; ++ring) {
+      std::sort(region.begin(), region.end());
+      region.erase(std::unique(region.begin(), region.end()), region.end());
+      const std::size_t count = region.size();
+      for (std::size_t i = 0; i < count; ++i) {
+        collect_star(scan_.triangles, neighbors_, region[i], face_of_[region[i]], star_);
+        region.insert(region.end(), star_.ring.begin(), star_.ring.end());
+      }
+    }
+    std::sort(region.begin(), region.end());
+    region.erase(std::unique(region.begin(), region.end()), region.end());
+    std::erase_if(region, [&](std::uint32_t v) {
+      collect_star(scan_.triangles, neighbors_, v, face_of_[v], star_);
+      return star_.boundary;
+    });
+    return region;
+  }
+
+  void move(std::uint32_t v) {
+    collect_star(scan_.triangles, neighbors_, v, face_of_[v], star_);
+    faces_.assign(1, point_[v].face);
+    for (const std::uint32_t w : star_.ring) faces_.push_back(point_[w].face);
+    const auto chart = atlas_.common_chart(faces_);
+    if (!chart) return;
+    Vec2 sum = Vec2::Zero();
+    for (const std::uint32_t w : star_.ring) sum += *chart->map(point_[w]);
+    point_[v] = chart->unmap(sum / static_cast<double>(star_.ring.size()));
+  }
+
+  const Scan& scan_;
+  std::vector<DomainPoint>& point_;
+  Atlas atlas_;
+  std::vector<Triangle> neighbors_;
+  std::vector<std::uint32_t> face_of_;
+  Star star_;
+  std::vector<std::uint32_t> faces_;
+};
+
+}  // namespace
+
+std::size_t untangle(const Scan& scan, Parameterisation& parameterisation) {
+  return Untangler(scan, parameterisation).run();
+}
+
+}  // namespace nacre::remesh
