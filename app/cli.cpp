@@ -174,8 +174,9 @@ struct Parser {
         ->check(CLI::Range(4, 1'000'000));
     verb->add_option("--repair", raw.repair,
                      "safe: weld, drop degenerate faces, split non-manifold places, orient, and "
-                     "list it all; strict: weld only, else refuse; none: refuse any change")
-        ->check(CLI::IsMember({"safe", "strict", "none"}))
+                     "list it all; strict: weld only, else refuse; none: refuse any change; "
+                     "aggressive: also fill pin holes, cut tiny handles, drop specks")
+        ->check(CLI::IsMember({"safe", "strict", "none", "aggressive"}))
         ->capture_default_str();
   }
 
@@ -293,6 +294,7 @@ struct Parser {
 remesh::RepairPolicy repair_policy(const std::string& name) {
   if (name == "strict") return remesh::RepairPolicy::kStrict;
   if (name == "none") return remesh::RepairPolicy::kNone;
+  if (name == "aggressive") return remesh::RepairPolicy::kAggressive;
   return remesh::RepairPolicy::kSafe;
 }
 

@@ -29,6 +29,8 @@ const char* repair_name(remesh::RepairPolicy policy) {
       return "strict";
     case remesh::RepairPolicy::kNone:
       return "none";
+    case remesh::RepairPolicy::kAggressive:
+      return "aggressive";
     case remesh::RepairPolicy::kSafe:
       break;
   }
@@ -196,8 +198,10 @@ Json point_json(const Vec3& point) { return Json::array({point[0], point[1], poi
 Json clean_json(const remesh::CleanReport& clean) {
   Json actions = Json::array();
   for (const remesh::CleanAction& action : clean.actions) {
-    actions.push_back(
-        {{"kind", action.kind}, {"count", action.count}, {"first_ids", action.first_ids}});
+    Json entry = {{"kind", action.kind}, {"count", action.count}, {"first_ids", action.first_ids}};
+    if (action.area > 0) entry["area"] = action.area;
+    if (action.extent > 0) entry["largest_extent"] = action.extent;
+    actions.push_back(std::move(entry));
   }
   return {{"actions", std::move(actions)},
           {"vertices", clean.vertices},

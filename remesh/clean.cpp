@@ -6,6 +6,7 @@
 // non-manifold input needs a rule of its own, and what is reported is what came of it: a vertex
 // counts as welded or split by where its faces went.
 #include "remesh/clean_steps.h"
+#include "remesh/fill_loops.h"
 
 namespace nacre::remesh {
 namespace {
@@ -20,6 +21,19 @@ bool has_area(const Scan& scan) {
                .cross(scan.positions[t[2]] - scan.positions[t[0]])
                .squaredNorm() > 0;
   });
+}
+
+/// Pin holes, tiny handles, and small pieces wherever they lie.
+void repair_aggressively(CleanScan& cleaned, std::vector<std::uint32_t>& source,
+                         CleanCounts& counts) {
+  const std::size_t before = cleaned.scan.triangles.size();
+  fill_pin_holes(cleaned, source, counts);
+  const bool handles = std::any_of(cleaned.pieces.begin(), cleaned.pieces.end(),
+                                   [](const PieceReport& piece) { return piece.genus > 0; });
+  if (handles) cut_tiny_handles(cleaned, source, counts);
+  if (cleaned.scan.triangles.size() == before) return;
+  count_topology(cleaned, static_cast<std::uint32_t>(cleaned.pieces.size()),
+                 side_partners(cleaned.scan.triangles, cleaned.scan.positions.size()));
 }
 
 /// `source` becomes the input face of each triangle.
@@ -58,10 +72,11 @@ void sum_up(CleanScan& cleaned, const CleanCounts& counts) {
 }
 
 Result<void> check_policy(const CleanReport& report, RepairPolicy policy) {
+  if (policy == RepairPolicy::kSafe || policy == RepairPolicy::kAggressive) return {};
   for (const CleanAction& action : report.actions) {
     const bool harmless =
         action.kind == "welded vertices" || action.kind == "dropped isolated vertices";
-    if (policy == RepairPolicy::kSafe || (policy == RepairPolicy::kStrict && harmless)) continue;
+    if (policy == RepairPolicy::kStrict && harmless) continue;
     return Error{ErrorCode::kGeometryRefused,
                  "needs " + std::to_string(action.count) + " " + action.kind + " (first at " +
                      std::to_string(action.first_ids.front()) +
@@ -87,8 +102,12 @@ Result<CleanScan> clean(const Scan& scan, RepairPolicy policy, double small_exte
     return Error{ErrorCode::kGeometryRefused, "no triangle of three different corners is left", 0};
   if (!has_area(cleaned.scan))
     return Error{ErrorCode::kGeometryRefused, "no triangle has any area", 0};
-  if (policy == RepairPolicy::kSafe && small_extent > 0)
-    drop_small_pieces(cleaned, source, {small_extent, kSmallError}, counts);
+  const bool aggressive = policy == RepairPolicy::kAggressive;
+  if ((aggressive || policy == RepairPolicy::kSafe) && small_extent > 0)
+    drop_small_pieces(
+        cleaned, source,
+        {small_extent, aggressive ? std::numeric_limits<double>::infinity() : kSmallError}, counts);
+  if (aggressive) repair_aggressively(cleaned, source, counts);
   sum_up(cleaned, counts);
   if (const auto ok = check_policy(cleaned.report, policy); !ok) return ok.error();
   return cleaned;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <span>
 #include <string>
 #include <utility>
@@ -34,6 +35,15 @@ class Counter {
  private:
   static constexpr std::size_t kFirstIds = 8;
   CleanAction action_;
+};
+
+struct Box {
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  void add(const Vec3& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  [[nodiscard]] double extent() const { return (high - low).norm(); }
 };
 
 struct CleanCounts {
@@ -93,6 +103,9 @@ void orient(Soup& soup, Joins& joins, CleanCounts& counts);
 void count_topology(CleanScan& cleaned, std::uint32_t piece_count,
                     std::span<const std::uint32_t> partner);
 
+/// Bounding box diagonal of each piece.
+[[nodiscard]] std::vector<double> piece_extents(const CleanScan& cleaned);
+
 /// Both as shares of the largest piece's extent, the diagonal of its bounding box.
 struct SmallPieces {
   double extent;  ///< only pieces of less extent go
@@ -101,7 +114,14 @@ struct SmallPieces {
 
 /// Drops small pieces, unless they are much of the area; `face_source` is each triangle's input
 /// face.
-void drop_small_pieces(CleanScan& cleaned, std::span<const std::uint32_t> face_source,
+void drop_small_pieces(CleanScan& cleaned, std::vector<std::uint32_t>& face_source,
                        const SmallPieces& options, CleanCounts& counts);
+
+/// Closes boundary loops of few edges and little extent. New triangles come last; `source` grows
+/// with them. Pieces are to be counted anew afterwards; so with the next.
+void fill_pin_holes(CleanScan& cleaned, std::vector<std::uint32_t>& source, CleanCounts& counts);
+
+/// Cuts handles around or through which there is a loop of little extent, and closes both ends.
+void cut_tiny_handles(CleanScan& cleaned, std::vector<std::uint32_t>& source, CleanCounts& counts);
 
 }  // namespace nacre::remesh

@@ -13,10 +13,12 @@
 namespace nacre::remesh {
 
 enum class RepairPolicy : std::uint8_t {
-  kSafe,    ///< weld, drop degenerate and duplicate faces, split non-manifold places, orient,
-            ///< drop small pieces whose loss does not show
-  kStrict,  ///< as safe, but refuse a scan that needs more than welding and isolated vertices
-  kNone,    ///< refuse a scan that needs any change
+  kSafe,        ///< weld, drop degenerate and duplicate faces, split non-manifold places, orient,
+                ///< drop small pieces whose loss does not show
+  kStrict,      ///< as safe, but refuse a scan that needs more than welding and isolated vertices
+  kNone,        ///< refuse a scan that needs any change
+  kAggressive,  ///< as safe, and drop small pieces wherever they lie, fill pin holes (12 edges, 1 %
+                ///< of the piece's extent or 3 edges wide), cut handles that measure 1 % of it
 };
 
 /// One kind of change that cleaning made, with how often and where first.
@@ -25,7 +27,7 @@ struct CleanAction {
   std::size_t count = 0;
   std::vector<std::size_t> first_ids;  ///< of the input's vertices or faces: the lowest, up to 8
   double area = 0;                     ///< of dropped pieces, all together
-  double extent = 0;                   ///< of the largest of them: the diagonal of its bounding box
+  double extent = 0;  ///< of the largest piece, hole or handle: diagonal of its box
 };
 
 struct CleanReport {
@@ -64,6 +66,14 @@ inline constexpr double kSmallExtent = 0.01;
 ///          if a coordinate is not finite or an option is out of range.
 [[nodiscard]] Result<CleanScan> clean(const Scan& scan, RepairPolicy policy = RepairPolicy::kSafe,
                                       double small_extent = kSmallExtent);
+
+/// A closed manifold around a piece, for what cannot be mended otherwise: openings narrower than
+/// about `alpha` are bridged, the surface stays about `offset` off the piece. Both in model units;
+/// the cost grows with the square of extent / alpha.
+///
+/// Errors   kBadInput, kGeometryRefused (no triangle), kNoConvergence (CGAL gave up).
+/// Source   CGAL's 3D alpha wrapping [PortaneriEtAl2022].
+[[nodiscard]] Result<Scan> wrap(const Scan& piece, double alpha, double offset);
 
 struct Options {
   /// How often the base is split. 0: enough for the semi-regular mesh to resolve the scan.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <cmath>
-#include <limits>
 
 #include "remesh/chart.h"
 #include "remesh/clean_steps.h"
@@ -8,15 +7,6 @@
 
 namespace nacre::remesh {
 namespace {
-
-struct Box {
-  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
-  void add(const Vec3& p) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  [[nodiscard]] double extent() const { return (high - low).norm(); }
-};
 
 struct Size {
   Box box;
@@ -65,7 +55,8 @@ void keep_distant(const CleanScan& cleaned, double error, std::vector<char>& sma
 }
 
 /// Takes out the marked pieces and the vertices that nothing else uses.
-void remove_pieces(CleanScan& cleaned, const std::vector<char>& drop) {
+void remove_pieces(CleanScan& cleaned, const std::vector<char>& drop,
+                   std::vector<std::uint32_t>& face_source) {
   std::vector<std::uint32_t> number(drop.size(), kNone);
   std::uint32_t pieces = 0;
   for (std::size_t p = 0; p < drop.size(); ++p) {
@@ -80,9 +71,11 @@ void remove_pieces(CleanScan& cleaned, const std::vector<char>& drop) {
   for (std::size_t f = 0; f < triangles.size(); ++f) {
     if (drop[cleaned.piece[f]]) continue;
     triangles[faces] = triangles[f];
+    face_source[faces] = face_source[f];
     cleaned.piece[faces++] = number[cleaned.piece[f]];
   }
   triangles.resize(faces);
+  face_source.resize(faces);
   cleaned.piece.resize(faces);
   for (const Triangle& t : triangles)
     for (const std::uint32_t v : t) used[v] = 1;
@@ -100,7 +93,13 @@ void remove_pieces(CleanScan& cleaned, const std::vector<char>& drop) {
 
 }  // namespace
 
-void drop_small_pieces(CleanScan& cleaned, std::span<const std::uint32_t> face_source,
+std::vector<double> piece_extents(const CleanScan& cleaned) {
+  std::vector<double> extents;
+  for (const Size& size : measure(cleaned)) extents.push_back(size.box.extent());
+  return extents;
+}
+
+void drop_small_pieces(CleanScan& cleaned, std::vector<std::uint32_t>& face_source,
                        const SmallPieces& options, CleanCounts& counts) {
   const std::vector<Size> sizes = measure(cleaned);
   // By the largest piece, which stays: so a second cleaning finds the same pieces small.
@@ -125,7 +124,7 @@ void drop_small_pieces(CleanScan& cleaned, std::span<const std::uint32_t> face_s
     counts.small.add(face_source[sizes[p].first_face]);
     counts.small.measure(sizes[p].area, sizes[p].box.extent());
   }
-  if (any) remove_pieces(cleaned, small);
+  if (any) remove_pieces(cleaned, small, face_source);
 }
 
 }  // namespace nacre::remesh
