@@ -29,7 +29,7 @@ constexpr std::size_t kTrialSamples = 20'000;
 constexpr double kErrorPerSize = 0.66;
 /// A scan vertex this many times the root mean square away is missed: a tip, mostly.
 constexpr double kFar = 12;
-/// Every folded triangle makes a trial this much worse.
+/// Every triangle that is folded, or turned over in the domain, makes a trial this much worse.
 constexpr double kFoldPenalty = 0.05;
 
 /// So many of the best trials are repaired, in so many rounds.
@@ -68,6 +68,7 @@ struct Proxy {
 Result<Proxy> make_proxy(const Scan& scan, std::size_t vertices, const RunContext& context) {
   SimplifyOptions options;
   options.base_vertices = static_cast<int>(vertices);
+  options.chords = false;
   auto map = simplify(scan, options, {}, context);
   if (!map) return map.error();
   Proxy proxy;
@@ -140,7 +141,7 @@ Trial attempt(const Scan& scan, const LineTree& tree, const TrialOptions& option
   auto map = simplify(scan, options.simplify, importance, context);
   if (!map) return trial;
   parameterise(scan, *map, context);
-  relax(scan, *map, {}, context);
+  const std::size_t turned = relax(scan, *map, {}, context);
   trial.map = std::move(*map);
   const SurfaceMap surface_map(scan, trial.map);
   PierceOptions pierce_options;
@@ -159,7 +160,7 @@ Trial attempt(const Scan& scan, const LineTree& tree, const TrialOptions& option
   const double far = kFar * missed.rms();
   for (std::size_t i = 0; i < missed.at.size(); ++i)
     if (missed.at[i] > far) trial.unhealthy[trial.map.point[i * missed.step].face] = 1;
-  double folds = 0;
+  auto folds = static_cast<double>(turned);
   for (const BandReport& band : pierced->bands) folds += static_cast<double>(band.folded_triangles);
   trial.figure = error * std::pow(static_cast<double>(mesh.base_vertex_count), kErrorPerSize) *
                  (1 + kFoldPenalty * folds);

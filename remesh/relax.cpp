@@ -194,8 +194,8 @@ class Relaxer {
 
 }  // namespace
 
-void relax(const Scan& scan, Parameterisation& parameterisation, const RelaxOptions& options,
-           const RunContext& context) {
+std::size_t relax(const Scan& scan, Parameterisation& parameterisation, const RelaxOptions& options,
+                  const RunContext& context) {
   Relaxer relaxer(scan, parameterisation);
   relaxer.spread_boundary();
   for (int round = 0; round < options.rounds && !context.cancelled(); ++round) {
@@ -203,7 +203,7 @@ void relax(const Scan& scan, Parameterisation& parameterisation, const RelaxOpti
     for (int i = 0; i < options.sweeps; ++i) relaxer.sweep();
     context.report("parameterisation", (round + 1.0) / options.rounds);
   }
-  untangle(scan, parameterisation);
+  return untangle(scan, parameterisation);
 }
 
 }  // namespace nacre::remesh

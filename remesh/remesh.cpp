@@ -69,6 +69,7 @@ Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext
   const double side = side_for_count(cleaned->scan, kLeastTriangles);
   if (side == 0) return Error{ErrorCode::kGeometryRefused, "no triangle has an area", 0};
   split_long_edges(*cleaned, side, 4 * static_cast<std::size_t>(kLeastTriangles) + scan_triangles);
+  split_chords(*cleaned);
   watch.lap("clean");
 
   const LineTree tree(cleaned->scan);

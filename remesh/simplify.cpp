@@ -236,7 +236,8 @@ class Simplifier {
     for (std::size_t s = 0; s < n; ++s) {
       if (star.boundary && s != 0 && s + 1 != n) continue;
       const double cost = collapse_cost(v, s, scan_normal, scan_area, best.cost);
-      if (cost < best.cost && links_agree(v, s, star)) best = {cost, star.ring[s]};
+      if (cost < best.cost && links_agree(v, s, star) && (options_.chords || !makes_chord(s, star)))
+        best = {cost, star.ring[s]};
     }
     return best;
   }
@@ -271,6 +272,19 @@ class Simplifier {
     });
     if (!valid) return kInfinity;
     return cost + kShapeScale * options_.shape_weight * shape;
+  }
+
+  /// Whether the collapse joins a boundary vertex to another that is not its neighbour on the
+  /// curve.
+  bool makes_chord(std::size_t s, const Star& star) const {
+    const std::size_t n = star.ring.size();
+    if (!on_boundary_[star.ring[s]]) return false;
+    for (std::size_t m = 0; m < n; ++m) {
+      const bool adjacent =
+          star.boundary ? m == 0 || m + 1 == n : m == s || m == (s + 1) % n || m == (s + n - 1) % n;
+      if (!adjacent && on_boundary_[star.ring[m]]) return true;
+    }
+    return false;
   }
 
   /// Link condition: the collapse keeps the topology. [DeyEtAl1999]

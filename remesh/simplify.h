@@ -15,7 +15,8 @@ struct SimplifyOptions {
   double rms_error = 0.005;   ///< share of the bounding box diagonal
   double shape_weight = 0.3;  ///< weight of large and long triangles against the quadric error
   double normal_agreement =
-      0.4;  ///< least cosine between a face and the scan normals it stands for
+      0.4;             ///< least cosine between a face and the scan normals it stands for
+  bool chords = true;  ///< inner edges may come to join two boundary vertices
 };
 
 /// How much dearer it is than usual to remove each scan vertex (>= 1); empty: all alike. A survivor

@@ -78,7 +78,41 @@ bool split_once(CleanScan& cleaned, double longest) {
   return any;
 }
 
+/// One pass, in which a face is cut at most once; true if anything was split.
+bool split_chords_once(CleanScan& cleaned) {
+  Scan& scan = cleaned.scan;
+  const auto neighbors =
+      side_neighbors(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()));
+  const auto faces = static_cast<std::uint32_t>(scan.triangles.size());
+  std::vector<char> on_boundary(scan.positions.size(), 0), cut(faces, 0);
+  for (std::uint32_t f = 0; f < faces; ++f)
+    for (std::uint32_t k = 0; k < 3; ++k)
+      if (neighbors[f][k] == kNone)
+        on_boundary[scan.triangles[f][k]] = on_boundary[scan.triangles[f][(k + 1) % 3]] = 1;
+  bool any = false;
+  for (std::uint32_t f = 0; f < faces; ++f) {
+    for (std::uint32_t k = 0; k < 3 && !cut[f]; ++k) {
+      const std::uint32_t other = neighbors[f][k];
+      const std::uint32_t a = scan.triangles[f][k], b = scan.triangles[f][(k + 1) % 3];
+      if (other == kNone || cut[other] || !on_boundary[a] || !on_boundary[b]) continue;
+      const auto middle = static_cast<std::uint32_t>(scan.positions.size());
+      scan.positions.push_back((scan.positions[a] + scan.positions[b]) / 2);
+      const std::uint32_t side = corner_of(scan.triangles[other], b);
+      cut_face(cleaned, f, k, middle);
+      cut_face(cleaned, other, side, middle);
+      cut[f] = cut[other] = 1;
+      any = true;
+    }
+  }
+  return any;
+}
+
 }  // namespace
+
+void split_chords(CleanScan& cleaned) {
+  while (split_chords_once(cleaned)) {
+  }
+}
 
 void split_long_edges(CleanScan& cleaned, double longest, std::size_t most_triangles) {
   while (cleaned.scan.triangles.size() < most_triangles && split_once(cleaned, longest)) {

@@ -19,4 +19,8 @@ void split_long_edges(CleanScan& cleaned, double longest, std::size_t most_trian
 /// thousandth of its extent; 0 for a scan without area.
 [[nodiscard]] double side_for_count(const Scan& scan, double count);
 
+/// Splits every inner edge whose two ends are on the boundary. A triangle between two boundary
+/// edges would have no area where the boundary becomes one straight side of the base domain.
+void split_chords(CleanScan& cleaned);
+
 }  // namespace nacre::remesh
