@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Read me first: the sweep is measured twice. Once with few samples, to find out which points can
-// lie on the hull at all; these again with all samples.
+// Read me first: the sweep is measured twice. Once with few samples, to find out which points no
+// smaller one beats; these again with all samples.
 #include "bench/peers.h"
 
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
@@ -34,7 +34,8 @@ using Point = CGAL::Simple_cartesian<double>::Point_3;
 using Mesh = CGAL::Surface_mesh<Point>;
 
 constexpr std::size_t kFewSamples = 100'000;
-constexpr double kSizeRatio = 1.18;  // between simplified meshes
+constexpr double kSizeRatio = 1.18;   // between simplified meshes
+constexpr double kFrontRatio = 1.06;  // between points that are kept, at least
 constexpr int kLeastBits = 5, kMostBits = 16;
 constexpr double kTimeout = 300;
 
@@ -159,7 +160,7 @@ class Sweep {
     parallel_for_each_index(
         found.size(), [&](std::size_t i) { found[i] = run_candidate(i); }, 1);
     for (const auto& points : found) points_.insert(points_.end(), points.begin(), points.end());
-    return measure_hull();
+    return measure_front();
   }
 
  private:
@@ -201,28 +202,37 @@ class Sweep {
     return out;
   }
 
-  Result<std::vector<PeerPoint>> measure_hull() const {
+  /// Points that have more dB than all smaller ones, a few percent apart, with all samples.
+  Result<std::vector<PeerPoint>> measure_front() const {
     std::vector<RatePoint> all;
     for (const PeerPoint& p : points_) all.push_back(p.point);
-    std::vector<PeerPoint> hull;
-    for (const RatePoint& h : upper_hull(std::move(all))) {
+    std::vector<PeerPoint> front;
+    double group_begin = 0;
+    for (const RatePoint& best : rising(std::move(all))) {
       const auto at = std::find_if(points_.begin(), points_.end(), [&](const PeerPoint& p) {
-        return p.point.bytes == h.bytes && p.point.psnr_db == h.psnr_db;
+        return p.point.bytes == best.bytes && p.point.psnr_db == best.psnr_db;
       });
-      hull.push_back(*at);
+      if (best.bytes > 1.3 * options_.max_bytes) break;
+      // Of points closer together than that, the best.
+      if (best.bytes <= kFrontRatio * group_begin) {
+        front.back() = *at;
+        continue;
+      }
+      front.push_back(*at);
+      group_begin = best.bytes;
     }
     parallel_for_each_index(
-        hull.size(),
+        front.size(),
         [&](std::size_t k) {
           for (std::size_t i = 0; i < candidates_.size(); ++i) {
-            if (candidates_[i].mesh.triangles.size() != hull[k].triangles) continue;
-            const auto point = run_draco(i, hull[k].position_bits, options_.samples);
-            if (point) hull[k] = *point;
+            if (candidates_[i].mesh.triangles.size() != front[k].triangles) continue;
+            const auto point = run_draco(i, front[k].position_bits, options_.samples);
+            if (point) front[k] = *point;
             break;
           }
         },
         1);
-    return hull;
+    return front;
   }
 
   const PreparedScan& scan_;
@@ -233,7 +243,7 @@ class Sweep {
 };
 
 fs::path cache_file(const PreparedScan& scan, const PeerOptions& options) {
-  return options.folder / fmt::format("{}-{:016x}-{:.0f}-{:.0f}-{}.peers", scan.name, scan.content,
+  return options.folder / fmt::format("{}-{:016x}-{:.0f}-{:.0f}-{}.front", scan.name, scan.content,
                                       options.min_bytes, options.max_bytes, options.samples);
 }
 

@@ -33,7 +33,7 @@ struct PeerPoint {
 /// Edge collapse by [LindstromTurk1998] (CGAL, its defaults) to many sizes, a sixth apart, each
 /// coded by Draco at its highest compression with several position precisions about the one that
 /// errs as much as the simplification; and the scan itself at all precisions that come out small
-/// enough. The points on the upper hull of all these, measured with `samples` each way.
+/// enough. The points that no smaller one beats, 6 % apart, measured with `samples` each way.
 ///
 /// Errors   those of reading; kBadInput where CGAL makes no mesh of the scan.
 [[nodiscard]] Result<std::vector<PeerPoint>> simplify_and_draco(const PreparedScan& scan,

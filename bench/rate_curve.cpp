@@ -24,15 +24,6 @@ Pchip rate_over_psnr(std::span<const RatePoint> curve) {
   return {std::move(psnr), std::move(rate)};
 }
 
-Pchip psnr_over_rate(std::span<const RatePoint> curve) {
-  std::vector<double> psnr, rate;
-  for (const RatePoint& p : curve) {
-    psnr.push_back(p.psnr_db);
-    rate.push_back(std::log(p.bytes));
-  }
-  return {std::move(rate), std::move(psnr)};
-}
-
 /// pchip's derivative at the first of three points.
 double end_slope(double h0, double h1, double d0, double d1) {
   const double slope = ((2 * h0 + h1) * d0 - h0 * d1) / (h0 + h1);
@@ -74,6 +65,22 @@ std::vector<RatePoint> upper_hull(std::vector<RatePoint> points) {
     hull.push_back(p);
   }
   return hull;
+}
+
+std::vector<RatePoint> filled(std::span<const RatePoint> curve) {
+  std::vector<RatePoint> out;
+  for (std::size_t i = 0; i + 1 < curve.size(); ++i) {
+    const double ratio = curve[i + 1].bytes / curve[i].bytes;
+    const int count = std::max(1, static_cast<int>(std::ceil(std::log(ratio) / std::log(1.1))));
+    for (int k = 0; k < count; ++k) {
+      RatePoint p = k == 0 ? curve[i] : RatePoint{};
+      p.bytes = curve[i].bytes * std::pow(ratio, static_cast<double>(k) / count);
+      p.psnr_db = curve[i].psnr_db + (curve[i + 1].psnr_db - curve[i].psnr_db) * k / count;
+      out.push_back(p);
+    }
+  }
+  if (!curve.empty()) out.push_back(curve.back());
+  return out;
 }
 
 std::optional<double> psnr_at(std::span<const RatePoint> curve, double bytes) {
@@ -139,9 +146,15 @@ std::optional<BdRate> bd_rate(std::span<const RatePoint> reference,
   const auto a = rising({reference.begin(), reference.end()});
   const auto b = rising({tested.begin(), tested.end()});
   if (a.size() < 2 || b.size() < 2) return std::nullopt;
-  const Pchip psnr = psnr_over_rate(a), rate_a = rate_over_psnr(a), rate_b = rate_over_psnr(b);
+  const Pchip rate_a = rate_over_psnr(a), rate_b = rate_over_psnr(b);
+  // The dB at a size, by bisection: the curve that is integrated, turned round.
   const auto clamped = [&](double bytes) {
-    return psnr(std::log(std::clamp(bytes, a.front().bytes, a.back().bytes)));
+    double low = a.front().psnr_db, high = a.back().psnr_db;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = 0.5 * (low + high);
+      (rate_a(middle) < std::log(bytes) ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
   };
   const double from = std::max(clamped(bytes_from), b.front().psnr_db);
   const double to = std::min(clamped(bytes_to), b.back().psnr_db);

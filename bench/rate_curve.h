@@ -30,6 +30,9 @@ struct RatePoint {
 /// best setting for each size.
 [[nodiscard]] std::vector<RatePoint> upper_hull(std::vector<RatePoint> points);
 
+/// Points of straight lines in log(bytes) between the points by size, at most a tenth apart.
+[[nodiscard]] std::vector<RatePoint> filled(std::span<const RatePoint> curve);
+
 /// dB at a size on the straight lines in log(bytes) between points by size; nothing outside.
 [[nodiscard]] std::optional<double> psnr_at(std::span<const RatePoint> curve, double bytes);
 

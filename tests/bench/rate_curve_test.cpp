@@ -47,6 +47,17 @@ TEST(UpperHull, IsConcaveInTheLogarithmAndAboveAllPoints) {
     EXPECT_GE(psnr_at(hull, p.bytes).value_or(1000), p.psnr_db - 1e-9);
 }
 
+TEST(Filled, AddsPointsOnTheChords) {
+  const std::vector<RatePoint> curve = {at(1000, 60), at(4000, 70), at(4100, 71)};
+  const auto dense = filled(curve);
+  for (std::size_t i = 0; i + 1 < dense.size(); ++i) {
+    EXPECT_LE(dense[i + 1].bytes, 1.1001 * dense[i].bytes);
+    EXPECT_NEAR(dense[i].psnr_db, *psnr_at(curve, dense[i].bytes), 1e-9);
+  }
+  EXPECT_EQ(dense.front().bytes, 1000);
+  EXPECT_EQ(dense.back().psnr_db, 71);
+}
+
 TEST(PsnrAt, IsStraightInTheLogarithm) {
   const std::vector<RatePoint> curve = {at(1000, 60), at(4000, 70)};
   EXPECT_NEAR(*psnr_at(curve, 2000), 65, 1e-12);
