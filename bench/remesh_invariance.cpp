@@ -172,8 +172,8 @@ int run_table(const Settings& settings) {
   }
   fmt::print(
       "\nOutside the bounds (PSNR at most {:.0f} dB below that of the scan as it is; the same "
-      "pieces, boundary loops and genus), of {} runs: {}\n",
-      kMostLossDb, runs, outside.empty() ? "nothing" : "");
+      "pieces, boundary loops and genus), of {} runs:{}\n",
+      kMostLossDb, runs, outside.empty() ? " nothing" : "");
   for (const std::string& line : outside) fmt::print("- {}\n", line);
   return outside.empty() ? 0 : 1;
 }

@@ -249,7 +249,7 @@ int run_table(const Settings& settings, const std::vector<std::string>& passed_o
       "--coding only). `found` counts triangles that oppose the scan's face nearest to their "
       "centroid and those at their corners, `opposed` those that fulfil the first.\n\nOutside: "
       "{}\n",
-      outside.empty() ? "nothing" : "");
+      outside.empty() ? " nothing" : "");
   for (const std::string& line : outside) fmt::print("- {}\n", line);
   return outside.empty() ? 0 : 1;
 }

@@ -65,6 +65,7 @@ Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext
   auto cleaned = clean(scan, options.repair, options.small_extent);
   if (!cleaned) return cleaned.error();
   out.clean = cleaned->report;
+  if (options.observer.cleaned) options.observer.cleaned(*cleaned);
   const std::size_t scan_triangles = cleaned->scan.triangles.size();
   const double side = side_for_count(cleaned->scan, kLeastTriangles);
   if (side == 0) return Error{ErrorCode::kGeometryRefused, "no triangle has an area", 0};
@@ -76,6 +77,7 @@ Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext
   const auto map = choose_base(cleaned->scan, tree, options.base_vertices, options.levels,
                                options.predict, context);
   if (!map) return map.error();
+  if (options.observer.base) options.observer.base(cleaned->scan, *map);
   watch.lap("base mesh");
 
   const SurfaceMap surface_map(cleaned->scan, *map);
@@ -89,6 +91,7 @@ Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext
   out.pieces = std::move(cleaned->pieces);
   count_base_triangles(*cleaned, map->base, out.pieces);
   out.bands = std::move(pierced->bands);
+  if (options.observer.normal_mesh) options.observer.normal_mesh(out.mesh, pierced->kind);
   watch.lap("piercing");
   return out;
 }

@@ -168,6 +168,31 @@ TEST_F(Commands, RemeshWritesANormalMesh) {
   EXPECT_GT(report["remesh_psnr_db"], 55.0);
 }
 
+TEST_F(Commands, RemeshWritesItsStepsDown) {
+  save(scratch, "cap.ply", shapes::hemisphere(4));
+  const std::vector<std::string> remesh = {
+      "remesh",     path("cap.ply"), "-o",     path("semi.ply"), "--levels", "2",
+      "--work-dir", path("steps"),   "--dump", "all",            "--samples", kSamples};
+  const Outcome outcome = good(remesh);
+  for (const char* direction : {"A -> B  rms", "B -> A  rms"})
+    EXPECT_NE(outcome.err.find(direction), std::string::npos) << outcome.err;
+  EXPECT_EQ(load("steps/01-input/scan.ply").triangles, load("cap.ply").triangles);
+  EXPECT_EQ(load("steps/02-clean/clean.ply").triangles.size(), load("cap.ply").triangles.size());
+  const std::size_t base = load("steps/03-base/base.ply").triangles.size();
+  EXPECT_GT(base, 4u);
+  EXPECT_GE(load("steps/04-parameterisation/map.ply").triangles.size(),
+            load("cap.ply").triangles.size());
+  for (int level = 0; level <= 2; ++level) {
+    const Scan mesh = load("steps/05-normal-mesh/level-" + std::to_string(level) + ".ply");
+    EXPECT_EQ(mesh.triangles.size(), base << (2 * level));
+  }
+  EXPECT_EQ(load("steps/05-normal-mesh/level-2.ply").positions, load("semi.ply").positions);
+  std::vector<std::string> again = remesh;
+  again[3] = path("other.ply");
+  EXPECT_EQ(run(again).exit_code, 2) << "the steps are there already";
+  EXPECT_FALSE(scratch.has("other.ply"));
+}
+
 TEST_F(Commands, CompareMapsAndDrawsTheDistance) {
   save(scratch, "a.ply", shapes::sphere(3));
   Scan moved = shapes::sphere(3);
