@@ -15,12 +15,21 @@ using entropy::DetailPoint;
 
 constexpr double kCostUnit = 1.0 / 4096;  // of DetailEncoder's costs, in bits
 
+/// A detail's normal may be this far from the surface's for its length to be taken from where it
+/// meets the surface's tangent plane; the cosine.
+constexpr double kLeastSlope = 0.75;
+
 /// What choosing one band's integers needs.
 struct BandJob {
   std::span<const Vec3> details;
   double step = 1, tangential_step = 1;
-  double lambda = 0;  ///< squared error of the band that one bit is worth
+  double lambda = 0;                ///< squared error of the band that one bit is worth
+  std::span<const double> weights;  ///< of each detail's squared error; empty: all 1
   bool has_tangential = false;
+
+  [[nodiscard]] double lambda_of(std::size_t e) const {
+    return weights.empty() ? lambda : lambda / weights[e];
+  }
 };
 
 /// Among the nearest integer, the one below it, and zero: the least error + lambda * bits.
@@ -71,7 +80,8 @@ DetailPoint choose_tangential(entropy::DetailEncoder& encoder,
       loss += error * error;
     }
     if (!is_new) continue;
-    loss += job.lambda * kCostUnit * static_cast<double>(encoder.tangential_cost(context, point));
+    loss += job.lambda_of(context.detail) * kCostUnit *
+            static_cast<double>(encoder.tangential_cost(context, point));
     if (choice == 0 || loss < least) {
       least = loss;
       best = point;
@@ -120,11 +130,11 @@ std::pair<bool, bool> opens(const BandJob& job, std::uint32_t first, std::uint64
     const double size = std::abs(x) / step, rest = size - std::floor(size + 0.5);
     return (size * size - rest * rest) * step * step;
   };
-  const double least = job.lambda * kRiseBits;
   std::pair<bool, bool> open = {false, false};
   const auto end = std::min<std::size_t>(first + entropy::kBlockDetails, job.details.size());
   for (std::size_t e = first; e < end; ++e) {
     const Vec3& d = job.details[e];
+    const double least = job.lambda_of(e) * kRiseBits;
     if ((active >> (e - first) & 1) == 0 && std::abs(d[0]) >= 0.5 * job.step)
       open.first |= gain(d[0], job.step) > least;
     if (!job.has_tangential) continue;
@@ -154,7 +164,7 @@ CodedBand code_band(const BandJob& job, const entropy::BandPlace& place, int rat
     if (!encoder.is_open(context)) continue;
     DetailPoint& point = points[e];
     if (encoder.normal_is_open(context))
-      point[0] = choose_normal(encoder, context, detail[0], job.step, job.lambda);
+      point[0] = choose_normal(encoder, context, detail[0], job.step, job.lambda_of(e));
     if (moves) point = choose_tangential(encoder, context, detail, point[0], job);
     if (point[1] != 0 || point[2] != 0) ++tangential;
     encoder.put(context, point);
@@ -184,13 +194,12 @@ Result<CodedGeometry> code_best(const Prepared& prepared, const BestSettings& se
                                 const std::vector<double>& gains) {
   CodedGeometry coded;
   coded.steps = settings.steps;
-  coded.base = encode_base(prepared.pyramid.base_positions, prepared.connectivity.decoded,
-                           settings.steps[0]);
+  const auto& base = settings.targets ? settings.targets->front() : prepared.pyramid.base_positions;
+  coded.base = encode_base(base, prepared.connectivity.decoded, settings.steps[0]);
   const bool follows = prepared.transform == wavelet::Transform::kButterfly;
   const Topology& topology = prepared.topology;
   entropy::DetailModel model;
-  Pyramid decoded;
-  decoded.base_positions = coded.base.decoded;
+  wavelet::Synthesizer synthesizer(topology, prepared.transform);
   std::vector<Vec3> coarse = coded.base.decoded;
   int last_step = kNotCoded;
   for (int j = 0; j < topology.level_count(); ++j) {
@@ -200,11 +209,17 @@ Result<CodedGeometry> code_best(const Prepared& prepared, const BestSettings& se
       auto prediction = wavelet::predict(topology, j, coarse);
       details.resize(prediction.points.size());
       parallel_for_each_index(details.size(), [&](std::size_t i) {
-        const Vec3 vector = settings.closed_loop
-                                ? Vec3(prepared.positions[coarse.size() + i] - prediction.points[i])
-                                : prepared.vectors[band][i];
+        const std::size_t v = coarse.size() + i;
+        const Vec3& target =
+            settings.targets ? (*settings.targets)[band + 1][i] : prepared.positions[v];
+        const Vec3 vector = target - prediction.points[i];
         const Frame& f = prediction.frames[i];
         details[i] = {dot(f.normal, vector), dot(f.tangent1, vector), dot(f.tangent2, vector)};
+        if (!settings.targets || topology.level(j).edges[i].is_boundary()) return;
+        const Vec3& n = settings.weights->normals[v];
+        const double slope = dot(n, f.normal);
+        if (slope < kLeastSlope) return;
+        details[i] = {dot(n, vector) / slope, 0, 0};
       });
       coded.frames.push_back(std::move(prediction.frames));
     } else {
@@ -223,18 +238,25 @@ Result<CodedGeometry> code_best(const Prepared& prepared, const BestSettings& se
       job.step = step_size(step_index);
       job.tangential_step = job.step * BandInfo{0, settings.ratio_quarters}.tangential_ratio();
       job.lambda = settings.lambda / gains[band + 1];
+      if (settings.targets) job.weights = settings.weights->level_areas[band + 1];
       for (const Vec3& d : details)
         job.has_tangential |= std::max(std::abs(d[1]), std::abs(d[2])) >= 0.5 * job.tangential_step;
       coded.bands.push_back(code_band(job, place, settings.ratio_quarters, model));
     }
     last_step = coded.bands.back().payload.empty() ? kNotCoded : step_index;
     coded.details.push_back(std::move(details));
-    decoded.bands.push_back(coded.bands.back().decoded);
-    auto finer = wavelet::synthesize(topology, decoded, prepared.transform, j + 1);
-    if (!finer) return finer.error();
-    coarse = std::move(*finer);
+    wavelet::SparseBand sparse;
+    for (std::uint32_t e = 0; e < coded.bands.back().decoded.size(); ++e) {
+      const Vec3& d = coded.bands.back().decoded[e];
+      if (d[0] == 0 && d[1] == 0 && d[2] == 0) continue;
+      sparse.edges.push_back(e);
+      sparse.details.push_back(d);
+    }
+    synthesizer.next_level(j, sparse, coarse);
   }
   coded.error = mean_squared_difference(coarse, prepared.positions);
+  coded.surface_error =
+      settings.weights ? surface_error(prepared, *settings.weights, coarse) : coded.error;
   return coded;
 }
 

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "codec/best_targets.h"
 #include "codec/geometry_coder.h"
 #include "entropy/detail_coder.h"
 
@@ -14,7 +15,9 @@ struct BestSettings {
   Steps steps;        ///< the base's grid, then the bands'; kNotCoded
   double lambda = 0;  ///< squared error on the finest mesh, summed, that one bit is worth
   int ratio_quarters = 0;
-  bool closed_loop = true;  ///< details are taken from the decoded coarser mesh
+  const SurfaceWeights* weights = nullptr;  ///< for surface_error; none: of vertices
+  /// What each level aims at, errors counting as `weights` say; none: the mesh, vertex by vertex.
+  const Targets* targets = nullptr;
 };
 
 /// Codes level by level, each band in the frames of the decoded coarser mesh. `gains` as in

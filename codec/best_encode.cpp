@@ -20,12 +20,21 @@ namespace nacre::codec {
 namespace {
 
 /// λ / Δ². A uniform quantiser at high rate loses 2 ln 2 / 12 = 0.116 of its squared step per bit.
-constexpr double kLambda = 0.09;
+constexpr double kLambda = 0.1;
 /// Steps go as E^-(kGainPower / 2): what coarse parts lose, finer ones that are coded win back.
-constexpr double kGainPower = 0.9;
+constexpr double kGainPower = 0.65;
 constexpr int kMaxTrials = 24;
-/// Room in the file that may stay unused.
-constexpr double kUnusedShare = 1.0 / 400;
+
+/// Targets let vertices drift along the surface, past the triangles that surface_error() looks at:
+/// it is too large then, and only clearly larger where details along the normal are not enough.
+constexpr double kDriftAllowance = 1.4;
+
+struct Effort {
+  /// Room in the file that may stay unused; and before the targets are known.
+  double unused_share, first_unused_share;
+  int shrinking_rounds;  ///< of sparse_targets()
+};
+constexpr Effort kNormalEffort = {1.0 / 400, 1.0 / 16, 40}, kFastEffort = {1.0 / 100, 1.0 / 6, 12};
 
 class BestEncoder {
  public:
@@ -56,12 +65,14 @@ class BestEncoder {
   /// Steps and λ at a position; the steps then moved by `offsets` indices.
   Result<Trial> make_trial(double position, const std::vector<int>& offsets = {}) const;
   /// Where sizes jump past the target: steps of single parts, as far as they fit.
-  Result<Trial> spend(Trial best) const;
-  [[nodiscard]] bool is_close(const Trial& trial) const {
+  Result<Trial> spend(Trial best, double unused_share) const;
+  [[nodiscard]] bool is_close(const Trial& trial, double unused_share) const {
     return static_cast<double>(trial.bytes.size()) >=
-           static_cast<double>(options_.target_bytes) * (1 - kUnusedShare);
+           static_cast<double>(options_.target_bytes) * (1 - unused_share);
   }
-  Result<Trial> search(Trial smallest) const;
+  /// The best file of at most the target, from one that is, near `guess` if given.
+  Result<Trial> search(Trial smallest, double unused_share,
+                       std::optional<double> guess = std::nullopt) const;
   [[nodiscard]] bool fits(const Trial& trial) const {
     return trial.bytes.size() <= options_.target_bytes;
   }
@@ -70,7 +81,9 @@ class BestEncoder {
   const EncodeOptions& options_;
   const RunContext& context_;
   const Prepared& prepared_;
-  std::vector<double> gains_;  ///< of the base, then the bands
+  std::optional<SurfaceWeights> weights_;  ///< of transforms whose frames the encoder can follow
+  std::optional<Targets> targets_;         ///< none: the mesh as it is, vertex by vertex
+  std::vector<double> gains_;              ///< of the base, then the bands
   std::vector<StepRange> ranges_;
   double finest_ = 0, coarsest_ = 0;  ///< positions between which anything changes
 };
@@ -78,6 +91,9 @@ class BestEncoder {
 BestEncoder::BestEncoder(const SemiRegularMesh& mesh, const EncodeOptions& options,
                          const RunContext& context, const Prepared& prepared)
     : mesh_(mesh), options_(options), context_(context), prepared_(prepared) {
+  if (prepared.transform == wavelet::Transform::kButterfly) {
+    weights_ = surface_weights(prepared);
+  }
   const auto gains = wavelet::regular_gains(prepared.topology.level_count(), prepared.transform);
   for (const double energy : gains.energy) gains_.push_back(std::pow(energy, kGainPower));
   ranges_.push_back(base_range());
@@ -119,6 +135,10 @@ double BestEncoder::position_of(std::size_t part, int step_index) const {
 Result<BestEncoder::Trial> BestEncoder::make_trial(double position,
                                                    const std::vector<int>& offsets) const {
   BestSettings settings;
+  if (weights_) {
+    settings.weights = &*weights_;
+    if (targets_) settings.targets = &*targets_;
+  }
   settings.lambda = kLambda * std::exp2(2 * position / kStepsPerOctave);
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
     const double index = position - position_of(i, 0) + (offsets.empty() ? 0 : offsets[i]);
@@ -137,49 +157,55 @@ Result<BestEncoder::Trial> BestEncoder::make_trial(double position,
   return trial;
 }
 
-Result<BestEncoder::Trial> BestEncoder::search(Trial best) const {
+Result<BestEncoder::Trial> BestEncoder::search(Trial best, double unused_share,
+                                               std::optional<double> guess) const {
   const double target = static_cast<double>(options_.target_bytes);
   // [large, small] brackets the target once `large` is there.
   std::optional<Trial> large;
   Trial small = best;
   double stride = 4.0 * kStepsPerOctave;
-  for (int i = 0; i < kMaxTrials && !is_close(best); ++i) {
+  for (int i = 0; i < kMaxTrials && !is_close(best, unused_share); ++i) {
     if (context_.cancelled()) return Error{ErrorCode::kCancelled, "encoding was cancelled", 0};
+    const double gap = large ? small.position - large->position : 0;
     double position = 0;
-    if (!large) {
+    if (guess && i == 0) {
+      position = std::clamp(*guess, finest_, small.position);
+      stride = kStepsPerOctave / 4.0;
+    } else if (!large) {
       if (small.position <= finest_) return best;
       position = std::max(small.position - stride, finest_);
+    } else if (guess && gap > 2 * stride) {
+      position = large->position + stride;
     } else {
-      const double gap = large->position - small.position;
-      if (std::abs(gap) < 1e-3) break;
+      if (gap < 1e-3) break;
       // Sizes are close to exponential in the position, but jump where a step index changes.
       const double share = (std::log(target) - small.log_size()) /
                            std::max(large->log_size() - small.log_size(), 1e-9);
-      position = small.position + gap * std::clamp(share, 0.1, 0.9);
+      position = small.position - gap * std::clamp(share, 0.1, 0.9);
     }
     auto trial = make_trial(position);
     if (!trial) return trial.error();
     if (fits(*trial)) {
-      if (trial->coded.error < best.coded.error) best = *trial;
+      if (trial->coded.surface_error < best.coded.surface_error) best = *trial;
       small = std::move(*trial);
     } else {
       large = std::move(*trial);
     }
     context_.report("choosing steps", std::min(0.95, (i + 1.0) / 14));
   }
-  return spend(std::move(best));
+  return spend(std::move(best), unused_share);
 }
 
-Result<BestEncoder::Trial> BestEncoder::spend(Trial best) const {
+Result<BestEncoder::Trial> BestEncoder::spend(Trial best, double unused_share) const {
   std::vector<int> offsets(ranges_.size(), 0);
-  for (std::size_t part = 0; part < ranges_.size() && !is_close(best); ++part) {
+  for (std::size_t part = 0; part < ranges_.size() && !is_close(best, unused_share); ++part) {
     if (ranges_[part].is_empty) continue;
-    for (int move = kStepsPerOctave / 2; move > 0 && !is_close(best); move /= 2) {
+    for (int move = kStepsPerOctave / 2; move > 0 && !is_close(best, unused_share); move /= 2) {
       if (context_.cancelled()) return Error{ErrorCode::kCancelled, "encoding was cancelled", 0};
       offsets[part] -= move;
       auto trial = make_trial(best.position, offsets);
       if (!trial) return trial.error();
-      if (fits(*trial) && trial->coded.error < best.coded.error) {
+      if (fits(*trial) && trial->coded.surface_error < best.coded.surface_error) {
         best = std::move(*trial);
       } else {
         offsets[part] += move;
@@ -190,6 +216,7 @@ Result<BestEncoder::Trial> BestEncoder::spend(Trial best) const {
 }
 
 Result<Encoded> BestEncoder::run() {
+  const Effort& effort = options_.effort == codec::Effort::kFast ? kFastEffort : kNormalEffort;
   auto smallest = make_trial(coarsest_ + kStepsPerOctave);
   if (!smallest) return smallest.error();
   if (!fits(*smallest)) {
@@ -198,8 +225,27 @@ Result<Encoded> BestEncoder::run() {
                      " bytes, " + std::to_string(options_.target_bytes) + " were asked for",
                  smallest->bytes.size()};
   }
-  auto trial = search(std::move(*smallest));
+  auto trial = search(*smallest, weights_ ? effort.first_unused_share : effort.unused_share);
   if (!trial) return trial.error();
+  if (weights_ && trial->position > finest_) {
+    // Now that the steps are known, levels can aim at what is best with such steps.
+    const auto gains =
+        wavelet::regular_gains(prepared_.topology.level_count(), prepared_.transform);
+    targets_ = sparse_targets(prepared_, *weights_, std::exp2(trial->position / kStepsPerOctave),
+                              gains.energy, effort.shrinking_rounds);
+    if (context_.cancelled()) return Error{ErrorCode::kCancelled, "encoding was cancelled", 0};
+    smallest = make_trial(coarsest_ + kStepsPerOctave);
+    if (!smallest) return smallest.error();
+    auto again = search(std::move(*smallest), effort.unused_share, trial->position);
+    if (!again) return again.error();
+    if (again->coded.surface_error < kDriftAllowance * trial->coded.surface_error) {
+      trial = std::move(again);
+    } else {
+      targets_.reset();
+      trial = search(std::move(*trial), effort.unused_share, trial->position);
+      if (!trial) return trial.error();
+    }
+  }
   Encoded encoded;
   encoded.report = describe(prepared_, trial->coded, trial->bytes.size());
   encoded.report.lambda = -kLambda * std::exp2(2 * trial->position / kStepsPerOctave);

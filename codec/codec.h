@@ -15,6 +15,12 @@
 /// docs/FORMAT.md.
 namespace nacre::codec {
 
+/// How long profile best may search.
+enum class Effort : std::uint8_t {
+  kNormal,
+  kFast,  ///< in half the time or less, for a few per cent more bytes
+};
+
 struct EncodeOptions {
   Profile profile = Profile::kPaper;
   wavelet::Transform transform = wavelet::Transform::kButterfly;
@@ -23,6 +29,7 @@ struct EncodeOptions {
   double theta_degrees = 1.0;
   /// Bits per base coordinate, 6 .. 20; 0: chosen with the rate.
   int base_bits = 0;
+  Effort effort = Effort::kNormal;
 };
 
 struct BandReport {

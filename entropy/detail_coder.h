@@ -71,4 +71,8 @@ class DetailEncoder {
   BlockHead head_;
 };
 
+/// Makes `model` what it is after coding `band`; for learning. Without payload: skip_band().
+void show_details(const DetailBand& band, bool is_coded, const BandPlace& place,
+                  DetailModel& model);
+
 }  // namespace nacre::entropy

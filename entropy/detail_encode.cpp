@@ -81,4 +81,32 @@ std::vector<std::uint8_t> DetailEncoder::finish(const std::array<int, 3>& shrink
   return coder_.finish();
 }
 
+void show_details(const DetailBand& band, bool is_coded, const BandPlace& place,
+                  DetailModel& model) {
+  if (!is_coded) {
+    model.skip_band(place);
+    return;
+  }
+  bool has_tangential = false;
+  std::vector<DetailPoint> points(place.level->edges.size(), DetailPoint{0, 0, 0});
+  for (const DetailBand::Nonzero& n : band.points) {
+    points[n.edge] = n.point;
+    has_tangential |= n.point[1] != 0 || n.point[2] != 0;
+  }
+  DetailEncoder encoder(model, place, has_tangential, band.ratio_quarters);
+  for (std::uint32_t e = 0; e < points.size(); ++e) {
+    if (e % kBlockDetails == 0) {
+      const std::uint64_t active = encoder.active(e / kBlockDetails);
+      bool rises = false, moves = false;
+      for (std::uint32_t i = 0; i < kBlockDetails && e + i < points.size(); ++i) {
+        rises |= points[e + i][0] != 0 && (active >> i & 1) == 0;
+        moves |= points[e + i][1] != 0 || points[e + i][2] != 0;
+      }
+      encoder.begin_block(e / kBlockDetails, rises, moves);
+    }
+    const DetailContext context = encoder.look(e);
+    if (encoder.is_open(context)) encoder.put(context, points[e]);
+  }
+}
+
 }  // namespace nacre::entropy

@@ -78,14 +78,6 @@ int signed_bin(int mean) {
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
-template <std::size_t N>
-void start(std::array<BitCounter, N>& counters, const std::array<std::int8_t, N>& probabilities) {
-  for (std::size_t i = 0; i < N; ++i) {
-    if (probabilities[i] == kNo) continue;
-    counters[i] = BitCounter(squash(32 * probabilities[i]), kStartCount);
-  }
-}
-
 int few_signed(int value) { return std::clamp(value, -10, 10); }
 
 std::uint32_t face_beyond(const Edge& edge, std::uint32_t face) {
@@ -108,11 +100,13 @@ std::int32_t least_of_class(int c) {
 
 int raw_bits_of_class(int c) { return c < 4 ? 0 : c / 2 - 1; }
 
-DetailModel::DetailModel() {
-  start(statistics_.quiet, kQuietStart);
-  start(statistics_.zero0, kZeroStart);
-  start(statistics_.sign0, kSignStart);
-  start(statistics_.above0, kMagnitudeStart);
+DetailModel::DetailModel(Start start) {
+  static_assert(kCounters == kCounterStarts);
+  if (start == Start::kBlank) return;
+  for (std::size_t i = 0; i < kCounters; ++i) {
+    if (kStarts[i] == kNo) continue;
+    counters_[i] = BitCounter(squash(32 * kStarts[i]), kStartCount);
+  }
 }
 
 void DetailModel::skip_band(const BandPlace& place) {
@@ -270,106 +264,103 @@ DetailContext DetailModel::look(std::uint32_t e) const {
 
 MixedBit DetailModel::quiet_may_rise(bool has_active) {
   MixedBit bit;
-  bit.add(statistics_.rise[at(2 * level() + (has_active ? 1 : 0))]);
+  bit.add(counter(kRise, 2 * level() + (has_active ? 1 : 0)));
   bit.predict_alone();
   return bit;
 }
 
 MixedBit DetailModel::block_has_tangential(bool last_block_has) {
   MixedBit bit;
-  bit.add(statistics_.block_tangential[at(2 * level() + (last_block_has ? 1 : 0))]);
+  bit.add(counter(kBlockTangential, 2 * level() + (last_block_has ? 1 : 0)));
   bit.predict_alone();
   return bit;
 }
 
 MixedBit DetailModel::is_nonzero(const DetailContext& c) {
   MixedBit bit;
-  Statistics& s = statistics_;
   if (c.is_quiet) {
-    bit.add(s.quiet[at(3 * level() + c.kind)]);
+    bit.add(counter(kQuiet, 3 * level() + c.kind));
     bit.predict_alone();
     return bit;
   }
   const int expected = std::min(c.expected_bin, 31);
   if (c.is_faint) {
-    bit.add(s.faint[at((3 * level() + c.kind) * 32 + expected)]);
+    bit.add(counter(kFaint, (3 * level() + c.kind) * 32 + expected));
     bit.predict_alone();
     return bit;
   }
   const int beside = std::min(c.beside, 3);
-  bit.add(s.zero0[at(32 * c.kind + expected)]);
-  bit.add(s.zero1[at((4 * level() + c.kind) * 16 + expected / 2)]);
-  bit.add(s.zero2[at(((c.near * 6 + c.far) * 4 + beside) * 3 + c.kind)]);
-  bit.add(s.zero3[at((c.parent_bin * 16 + c.inherited_bin) * 3 + c.kind)]);
-  bit.add(s.zero4[at((c.first * 16 + c.inherited_bin) * 3 + c.kind)]);
-  bit.add(s.zero5[at((c.beyond * 16 + c.inherited_bin) * 6 + c.first)]);
-  bit.add(
-      s.zero6[at((std::min(log_bin(std::abs(c.mean) / 8), 15) * 16 + expected / 2) * 3 + c.kind)]);
-  bit.predict(s.zero_weights[at(16 * c.kind + expected / 2)]);
+  bit.add(counter(kZero0, 32 * c.kind + expected));
+  bit.add(counter(kZero1, (4 * level() + c.kind) * 16 + expected / 2));
+  bit.add(counter(kZero2, ((c.near * 6 + c.far) * 4 + beside) * 3 + c.kind));
+  bit.add(counter(kZero3, (c.parent_bin * 16 + c.inherited_bin) * 3 + c.kind));
+  bit.add(counter(kZero4, (c.first * 16 + c.inherited_bin) * 3 + c.kind));
+  bit.add(counter(kZero5, (c.beyond * 16 + c.inherited_bin) * 6 + c.first));
+  bit.add(counter(kZero6,
+                  (std::min(log_bin(std::abs(c.mean) / 8), 15) * 16 + expected / 2) * 3 + c.kind));
+  bit.predict(weights_.zero[at(16 * c.kind + expected / 2)]);
   return bit;
 }
 
 MixedBit DetailModel::is_negative(const DetailContext& c) {
   MixedBit bit;
-  Statistics& s = statistics_;
   const int mean = signed_bin(c.mean), expected = std::min(c.expected_bin / 2, 7);
-  bit.add(s.sign0[at(3 * mean + c.kind)]);
-  bit.add(s.sign1[at((8 * mean + expected) * 3 + c.kind)]);
+  bit.add(counter(kSign0, 3 * mean + c.kind));
+  bit.add(counter(kSign1, (8 * mean + expected) * 3 + c.kind));
   const auto& v = c.signs;
-  bit.add(
-      s.sign2[at(((sign5(v[kNear]) * 5 + sign5(v[kFar])) * 5 + sign5(v[kBeside])) * 3 + c.kind)]);
+  bit.add(counter(kSign2,
+                  ((sign5(v[kNear]) * 5 + sign5(v[kFar])) * 5 + sign5(v[kBeside])) * 3 + c.kind));
   const int around = (sign3(v[kNear]) * 3 + sign3(v[kFar])) * 3 + sign3(v[kBeside]);
-  bit.add(s.sign3[at(9 * around + 3 * sign3(v[kParents]) + sign3(v[kOthers]))]);
-  bit.predict(s.sign_weights[at(c.kind)]);
+  bit.add(counter(kSign3, 9 * around + 3 * sign3(v[kParents]) + sign3(v[kOthers])));
+  bit.predict(weights_.sign[at(c.kind)]);
   return bit;
 }
 
 MixedBit DetailModel::is_above(const DetailContext& c, bool negative, int magnitude_class) {
   MixedBit bit;
-  Statistics& s = statistics_;
   const int least = least_of_class(magnitude_class + 1);
   // log_bin(256 least)
   const int scale = 16 + log_bin(least);
   const int expected = std::min(c.expected_bin, 47);
   const int relative = std::clamp(expected - scale + 20, 0, 31);
   const int few = std::min(magnitude_class, 3), many = std::min(magnitude_class, 19);
-  bit.add(s.above0[at(32 * few + relative)]);
-  bit.add(s.above1[at(48 * many + expected)]);
-  bit.add(s.above2[at((8 * many + level()) * 3 + c.kind)]);
-  bit.add(s.above3[at((few * 24 + std::clamp(c.inherited_bin - scale + 20, 0, 23)) * 6 + c.first)]);
-  bit.add(s.above4[at(((6 * many + c.far) * 6 + c.first) * 3 + c.kind)]);
+  bit.add(counter(kAbove0, 32 * few + relative));
+  bit.add(counter(kAbove1, 48 * many + expected));
+  bit.add(counter(kAbove2, (8 * many + level()) * 3 + c.kind));
+  bit.add(
+      counter(kAbove3, (few * 24 + std::clamp(c.inherited_bin - scale + 20, 0, 23)) * 6 + c.first));
+  bit.add(counter(kAbove4, ((6 * many + c.far) * 6 + c.first) * 3 + c.kind));
   const int toward = negative ? -c.mean : c.mean;
   const int bin = std::clamp(toward / (32 * least) - 8, -20, 11) + 20;
-  bit.add(s.above5[at((few * 32 + bin) * 32 + relative)]);
-  bit.predict(s.above_weights[at(few)]);
+  bit.add(counter(kAbove5, (few * 32 + bin) * 32 + relative));
+  bit.predict(weights_.above[at(few)]);
   return bit;
 }
 
 MixedBit DetailModel::has_tangential(const DetailContext& c, bool normal_is_zero) {
   MixedBit bit;
-  Statistics& s = statistics_;
   const int around = std::min(c.tangential, 3);
   const int edge = place_.level->edges[c.detail].is_boundary() ? 1 : 0;
-  bit.add(s.tangential0[at(((edge * 4 + around) * 2 + (normal_is_zero ? 1 : 0)) * 3 + c.kind)]);
-  bit.add(s.tangential1[at((edge * 8 + level()) * 4 + around)]);
-  bit.add(s.tangential2[at(edge * 16 + std::min(c.expected_bin / 2, 15))]);
-  bit.predict(s.tangential_weights[at(edge)]);
+  bit.add(counter(kTangential0, ((edge * 4 + around) * 2 + (normal_is_zero ? 1 : 0)) * 3 + c.kind));
+  bit.add(counter(kTangential1, (edge * 8 + level()) * 4 + around));
+  bit.add(counter(kTangential2, edge * 16 + std::min(c.expected_bin / 2, 15)));
+  bit.predict(weights_.tangential[at(edge)]);
   return bit;
 }
 
 MixedBit DetailModel::tangential_is_nonzero(const DetailContext& c, int component) {
   MixedBit bit;
   const int place = 2 * component + (place_.level->edges[c.detail].is_boundary() ? 1 : 0);
-  bit.add(statistics_.tangential_zero0[at(4 * place + std::min(c.tangential, 3))]);
-  bit.add(statistics_.tangential_zero1[at(3 * place + c.kind)]);
-  bit.predict(statistics_.tangential_zero_weights);
+  bit.add(counter(kTangentialZero0, 4 * place + std::min(c.tangential, 3)));
+  bit.add(counter(kTangentialZero1, 3 * place + c.kind));
+  bit.predict(weights_.tangential_zero);
   return bit;
 }
 
 MixedBit DetailModel::tangential_is_negative(const DetailContext& c, int component) {
   MixedBit bit;
   const int edge = place_.level->edges[c.detail].is_boundary() ? 1 : 0;
-  bit.add(statistics_.tangential_sign[at(2 * component + edge)]);
+  bit.add(counter(kTangentialSign, 2 * component + edge));
   bit.predict_alone();
   return bit;
 }
@@ -377,11 +368,10 @@ MixedBit DetailModel::tangential_is_negative(const DetailContext& c, int compone
 MixedBit DetailModel::tangential_is_above(const DetailContext& c, int component,
                                           int magnitude_class) {
   MixedBit bit;
-  Statistics& s = statistics_;
-  bit.add(s.tangential_above0[at(component * kMagnitudeClasses + magnitude_class)]);
+  bit.add(counter(kTangentialAbove0, component * kMagnitudeClasses + magnitude_class));
   const int around = std::min(log_bin(c.tangential), 7);
-  bit.add(s.tangential_above1[at(around * kMagnitudeClasses + magnitude_class)]);
-  bit.predict(s.tangential_above_weights);
+  bit.add(counter(kTangentialAbove1, around * kMagnitudeClasses + magnitude_class));
+  bit.predict(weights_.tangential_above);
   return bit;
 }
 

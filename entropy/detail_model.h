@@ -51,10 +51,17 @@ struct DetailContext {
   int tangential = 0;                             ///< tangential magnitudes around, up to 255
 };
 
+/// Counters of one context of one bit: a range of all of them.
+struct CounterTable {
+  std::size_t begin = 0, size = 0;
+  [[nodiscard]] constexpr std::size_t end() const { return begin + size; }
+};
+
 /// Statistics of all bands so far, and what is known of this band.
 class DetailModel {
  public:
-  DetailModel();
+  enum class Start : std::uint8_t { kLearnt, kBlank };
+  explicit DetailModel(Start start = Start::kLearnt);
 
   /// Starts a band whose details are zeros until set() says otherwise; those of the band before
   /// become the coarser ones.
@@ -83,6 +90,9 @@ class DetailModel {
   /// Whether the magnitude's class is above `magnitude_class`, given that it is not below.
   [[nodiscard]] MixedBit is_above(const DetailContext& context, bool negative, int magnitude_class);
 
+  /// All counters in the order of the format: for learning their starts.
+  [[nodiscard]] std::span<const BitCounter> counters() const { return counters_; }
+
   [[nodiscard]] MixedBit has_tangential(const DetailContext& context, bool normal_is_zero);
   /// Component 0: across, 1: along.
   [[nodiscard]] MixedBit tangential_is_nonzero(const DetailContext& context, int component);
@@ -93,39 +103,44 @@ class DetailModel {
  private:
   static constexpr int kLevels = 8;  // bands that are told apart
 
-  /// All counters and weights; flat, so that a model is copied in one go.
-  struct Statistics {
-    std::array<BitCounter, 2 * kLevels> rise, block_tangential;
-    std::array<BitCounter, 3 * kLevels> quiet;
-    std::array<BitCounter, 96 * kLevels> faint;
-    std::array<BitCounter, 96> zero0;
-    std::array<BitCounter, 512> zero1;
-    std::array<BitCounter, 432> zero2, zero3;
-    std::array<BitCounter, 288> zero4;
-    std::array<BitCounter, 576> zero5;
-    std::array<BitCounter, 768> zero6, sign1;
-    std::array<BitCounter, 96> sign0;
-    std::array<BitCounter, 375> sign2;
-    std::array<BitCounter, 243> sign3;
-    std::array<BitCounter, 128> above0;
-    std::array<BitCounter, 960> above1;
-    std::array<BitCounter, 480> above2;
-    std::array<BitCounter, 576> above3;
-    std::array<BitCounter, 2160> above4;
-    std::array<BitCounter, 4096> above5;
-    std::array<BitCounter, 48> tangential0;
-    std::array<BitCounter, 64> tangential1;
-    std::array<BitCounter, 32> tangential2;
-    std::array<BitCounter, 16> tangential_zero0;
-    std::array<BitCounter, 12> tangential_zero1;
-    std::array<BitCounter, 4> tangential_sign;
-    std::array<BitCounter, 2 * kMagnitudeClasses> tangential_above0;
-    std::array<BitCounter, 8 * kMagnitudeClasses> tangential_above1;
-    std::array<MixerWeights, 48> zero_weights;
-    std::array<MixerWeights, 3> sign_weights;
-    std::array<MixerWeights, 4> above_weights;
-    std::array<MixerWeights, 2> tangential_weights;
-    MixerWeights tangential_zero_weights, tangential_above_weights;
+  static constexpr CounterTable kRise = {0, 2 * kLevels};
+  static constexpr CounterTable kBlockTangential = {kRise.end(), 2 * kLevels};
+  static constexpr CounterTable kQuiet = {kBlockTangential.end(), 3 * kLevels};
+  static constexpr CounterTable kFaint = {kQuiet.end(), 96 * kLevels};
+  static constexpr CounterTable kZero0 = {kFaint.end(), 96};
+  static constexpr CounterTable kZero1 = {kZero0.end(), 512};
+  static constexpr CounterTable kZero2 = {kZero1.end(), 432};
+  static constexpr CounterTable kZero3 = {kZero2.end(), 432};
+  static constexpr CounterTable kZero4 = {kZero3.end(), 288};
+  static constexpr CounterTable kZero5 = {kZero4.end(), 576};
+  static constexpr CounterTable kZero6 = {kZero5.end(), 768};
+  static constexpr CounterTable kSign1 = {kZero6.end(), 768};
+  static constexpr CounterTable kSign0 = {kSign1.end(), 96};
+  static constexpr CounterTable kSign2 = {kSign0.end(), 375};
+  static constexpr CounterTable kSign3 = {kSign2.end(), 243};
+  static constexpr CounterTable kAbove0 = {kSign3.end(), 128};
+  static constexpr CounterTable kAbove1 = {kAbove0.end(), 960};
+  static constexpr CounterTable kAbove2 = {kAbove1.end(), 480};
+  static constexpr CounterTable kAbove3 = {kAbove2.end(), 576};
+  static constexpr CounterTable kAbove4 = {kAbove3.end(), 2160};
+  static constexpr CounterTable kAbove5 = {kAbove4.end(), 4096};
+  static constexpr CounterTable kTangential0 = {kAbove5.end(), 48};
+  static constexpr CounterTable kTangential1 = {kTangential0.end(), 64};
+  static constexpr CounterTable kTangential2 = {kTangential1.end(), 32};
+  static constexpr CounterTable kTangentialZero0 = {kTangential2.end(), 16};
+  static constexpr CounterTable kTangentialZero1 = {kTangentialZero0.end(), 12};
+  static constexpr CounterTable kTangentialSign = {kTangentialZero1.end(), 4};
+  static constexpr CounterTable kTangentialAbove0 = {kTangentialSign.end(), 2 * kMagnitudeClasses};
+  static constexpr CounterTable kTangentialAbove1 = {kTangentialAbove0.end(),
+                                                     8 * kMagnitudeClasses};
+  static constexpr std::size_t kCounters = kTangentialAbove1.end();
+
+  struct Weights {
+    std::array<MixerWeights, 48> zero;
+    std::array<MixerWeights, 3> sign;
+    std::array<MixerWeights, 4> above;
+    std::array<MixerWeights, 2> tangential;
+    MixerWeights tangential_zero, tangential_above;
   };
 
   /// What non-zero details around one detail have left at it.
@@ -148,6 +163,9 @@ class DetailModel {
   void add_in_band(const Nonzero& source, std::uint32_t target, int ring);
   void spread_below(const Nonzero& source);
   void add_below(const Nonzero& source, std::uint32_t target, int role);
+  [[nodiscard]] BitCounter& counter(const CounterTable& table, int index) {
+    return counters_[table.begin + static_cast<std::size_t>(index)];
+  }
   [[nodiscard]] int kind_of(std::uint32_t e) const {
     return place_.coarser == nullptr ? 0 : (e < inner_begin_ ? static_cast<int>(e & 1) : 2);
   }
@@ -161,7 +179,8 @@ class DetailModel {
   std::vector<Around> around_;  ///< per detail of the band
   std::vector<std::uint64_t> active_;
   std::vector<Nonzero> nonzero_, coarser_nonzero_;
-  Statistics statistics_;
+  std::array<BitCounter, kCounters> counters_;
+  Weights weights_;
 };
 
 }  // namespace nacre::entropy

@@ -12,9 +12,7 @@ inline constexpr std::int8_t kNo = 99;  ///< seen too rarely: starts as any othe
 /// How many bits a start is worth.
 inline constexpr std::uint32_t kStartCount = 30;
 
-extern const std::array<std::int8_t, 24> kQuietStart;       ///< by 3 band + kind
-extern const std::array<std::int8_t, 96> kZeroStart;        ///< by 32 kind + expected magnitude
-extern const std::array<std::int8_t, 96> kSignStart;        ///< by 3 expected value + kind
-extern const std::array<std::int8_t, 128> kMagnitudeStart;  ///< by 32 class + relative expectation
+inline constexpr std::size_t kCounterStarts = 14466;
+extern const std::array<std::int8_t, kCounterStarts> kStarts;
 
 }  // namespace nacre::entropy
