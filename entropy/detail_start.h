@@ -4,8 +4,8 @@
 #include <array>
 #include <cstdint>
 
-/// Probabilities that DetailModel's first counters start from: stretched, in units of 32. Learnt on
-/// files of 2.5 to 24 kB of five scans (igea, elephant, rockerarm, maneki_neko, bunny).
+/// Probabilities that DetailModel's counters start from: stretched, in units of 32. Learnt on
+/// files of 2.5 to 24 kB of five scans (elephant, rockerarm, maneki_neko, bunny, doll_face).
 namespace nacre::entropy {
 
 inline constexpr std::int8_t kNo = 99;  ///< seen too rarely: starts as any other counter
