@@ -113,7 +113,7 @@ CLI::Validator positive_number() { return number_within(1e-300, 1e300, "a positi
 
 /// Option values that need a conversion of our own before they are a command.
 struct Raw {
-  std::string transform = "butterfly", profile = "best", repair = "safe", up = "y";
+  std::string transform = "butterfly", profile = "best", effort = "normal", repair = "safe", up = "y";
   std::vector<std::string> dump;
   std::optional<std::string> size;
   std::optional<double> bits_per_vertex;
@@ -211,6 +211,10 @@ struct Parser {
     verb->add_option("--profile", raw.profile, "Coder: best, paper (ICASSP 2006, lattice VQ), or for comparison nmc (zerotrees), "
                      "eqmc (variance classes)")
         ->check(CLI::IsMember({"best", "paper", "nmc", "eqmc"}))
+        ->capture_default_str();
+    verb->add_option("--effort", raw.effort,
+                     "How long profile best searches: normal, or fast for a few per cent more bytes")
+        ->check(CLI::IsMember({"normal", "fast"}))
         ->capture_default_str();
     verb->add_option("--transform", raw.transform, "Wavelets: butterfly or loop")
         ->check(CLI::IsMember({"butterfly", "loop"}))
@@ -321,6 +325,7 @@ Result<Command> finish_encode(const Raw& raw, EncodeCommand command) {
     command.bits_per_input_vertex = raw.bits_per_vertex.value_or(kDefaultBitsPerInputVertex);
   }
   command.profile = codec::profile_of_name(raw.profile).value_or(command.profile);
+  if (raw.effort == "fast") command.effort = codec::Effort::kFast;
   if (raw.transform == "loop") command.transform = wavelet::Transform::kLoop;
   command.remesh.repair = repair_policy(raw.repair);
   set_verbosity(raw, command.common);

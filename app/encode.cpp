@@ -41,6 +41,7 @@ Result<codec::Encoded> code(const EncodeCommand& command, const remesh::Remesh& 
                             std::uint64_t target, Console& console) {
   codec::EncodeOptions options;
   options.profile = command.profile;
+  options.effort = command.effort;
   options.transform = command.transform;
   options.target_bytes = target;
   options.theta_degrees = command.theta_degrees;

@@ -53,6 +53,7 @@ struct EncodeCommand {
   std::optional<std::uint64_t> size_bytes;
   std::optional<double> bits_per_input_vertex;
   codec::Profile profile = codec::Profile::kBest;
+  codec::Effort effort = codec::Effort::kNormal;
   wavelet::Transform transform = wavelet::Transform::kButterfly;
   double theta_degrees = 1.0;
   RemeshSettings remesh;
