@@ -42,4 +42,8 @@ struct Parameterisation {
   std::vector<DomainPoint> point;  ///< per scan vertex
 };
 
+/// Per scan vertex: 1 for the base corners of small pieces without a boundary, which have to stay
+/// at their corners. On so few triangles a map whose corners slide shrinks to nothing.
+[[nodiscard]] std::vector<char> pinned_vertices(const Parameterisation& map);
+
 }  // namespace nacre::remesh

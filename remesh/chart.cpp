@@ -16,7 +16,7 @@ const std::array<Vec2, 3> kUnit = {Vec2(0, 0), Vec2(1, 0), Vec2(0.5, 0.866025403
 
 /// Triangles further apart than this many, counted outward from the middle one, have no net.
 constexpr std::size_t kMostPoints = 4;  // that share a chart
-constexpr std::size_t kNetSize = 24;
+constexpr std::size_t kNetSize = 12;
 constexpr double kWedge = M_PI / 3;  // the angle of a unit triangle
 
 double cross2(const Vec2& a, const Vec2& b) { return a[0] * b[1] - a[1] * b[0]; }

@@ -34,6 +34,8 @@ class Atlas {
     /// The domain point at a place of the chart. Outside the chart's triangles: the nearest place
     /// on the border of the triangle in that direction.
     [[nodiscard]] DomainPoint unmap(const Vec2& place) const;
+    /// Made anew for each use, unlike the other kinds: dear.
+    [[nodiscard]] bool is_net() const { return net_ != nullptr; }
 
    private:
     friend class Atlas;

@@ -29,16 +29,17 @@ double half_tangent(const Vec3& a, const Vec3& b) {
 }
 
 /// Mean-value weights [Floater2003]: (tan(α/2) + tan(β/2)) / length.
-Graph mean_value_graph(const Scan& scan, std::span<const Triangle> neighbors) {
+Graph mean_value_graph(const Scan& scan, std::span<const Triangle> neighbors,
+                       std::vector<char> fixed) {
   const auto n = static_cast<std::uint32_t>(scan.positions.size());
   const std::vector<std::uint32_t> first = face_of_vertex(scan.triangles, n);
   Graph graph;
-  graph.fixed.assign(n, 0);
+  graph.fixed = std::move(fixed);
   graph.start.assign(n + 1, 0);
   Star star;
   for (std::uint32_t v = 0; v < n; ++v) {
     collect_star(scan.triangles, neighbors, v, first[v], star);
-    graph.fixed[v] = star.boundary;
+    if (star.boundary) graph.fixed[v] = 1;
     const std::size_t k = star.faces.size();
     for (std::size_t m = 0; m < star.ring.size(); ++m) {
       const Vec3 edge = scan.positions[star.ring[m]] - scan.positions[v];
@@ -85,7 +86,7 @@ class Relaxer {
         atlas_(p.base),
         neighbors_(
             side_neighbors(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()))),
-        graph_(mean_value_graph(scan, neighbors_)),
+        graph_(mean_value_graph(scan, neighbors_, pinned_vertices(p))),
         base_weight_(graph_.weight),
         classes_(color(graph_)) {}
 

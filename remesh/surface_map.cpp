@@ -11,6 +11,7 @@ namespace {
 
 using Vec2 = Eigen::Vector2d;
 constexpr int kMaxSteps = 2000;
+constexpr int kMostNets = 12;  // in one walk: where it needs more it goes astray
 /// A weight above this counts as inside: far below what a step of the walk could mend.
 constexpr double kInside = -1e-9;
 /// Chart triangles of less area, in unit triangles, are rounding: a scan triangle with all corners
@@ -76,13 +77,13 @@ DomainPoint SurfaceMap::to_domain(const SurfacePoint& point) const {
 
 std::optional<SurfacePoint> SurfaceMap::walk(const DomainPoint& target, std::uint32_t start) const {
   std::uint32_t face = start, previous = kNone;
-  std::optional<SurfacePoint> last;
+  int nets = 0;
   for (int step = 0; step < kMaxSteps; ++step) {
     const Triangle& t = scan_.triangles[face];
     std::array<DomainPoint, 4> points = {target, map_.point[t[0]], map_.point[t[1]],
                                          map_.point[t[2]]};
     const auto chart = atlas_.common_chart(points);
-    if (!chart) return std::nullopt;
+    if (!chart || (chart->is_net() && ++nets > kMostNets)) return std::nullopt;
     const Vec2 p = *chart->map(points[0]);
     const std::array<Vec2, 3> c = {*chart->map(points[1]), *chart->map(points[2]),
                                    *chart->map(points[3])};
@@ -143,7 +144,10 @@ SurfacePoint SurfaceMap::to_surface(const DomainPoint& point, std::uint32_t hint
     const auto corner = static_cast<std::size_t>(most - point.weight.begin());
     nearest = map_.base.scan_vertex[map_.base.triangles[point.face][corner]];
   }
-  if (const auto found = walk(point, face_of_vertex_[nearest])) return *found;
+  Star star;
+  collect_star(scan_.triangles, neighbors_, nearest, face_of_vertex_[nearest], star);
+  for (const std::uint32_t face : star.faces)
+    if (const auto found = walk(point, face)) return *found;
   SurfacePoint vertex{face_of_vertex_[nearest], {}};
   vertex.weight[corner_of(scan_.triangles[vertex.face], nearest)] = 1;
   return vertex;

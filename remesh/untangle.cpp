@@ -14,6 +14,8 @@ using Vec2 = Eigen::Vector2d;
 /// Rings around a turned triangle that may move, attempt by attempt.
 constexpr std::array<int, 6> kRings = {1, 2, 3, 4, 6, 9};
 constexpr int kSweepsPerRing = 15;
+/// No more moves than this for each vertex of the scan: what is tangled all over stays so.
+constexpr std::size_t kMovesPerVertex = 20;
 
 class Untangler {
  public:
@@ -21,6 +23,7 @@ class Untangler {
       : scan_(scan),
         point_(map.point),
         atlas_(map.base),
+        fixed_(pinned_vertices(map)),
         neighbors_(
             side_neighbors(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()))),
         face_of_(
@@ -49,7 +52,11 @@ class Untangler {
 
   std::vector<std::uint32_t> attempt(const std::vector<std::uint32_t>& turned, int rings) {
     const std::vector<std::uint32_t> region = around(turned, rings);
-    for (int sweep = 0; sweep < kSweepsPerRing * rings; ++sweep)
+    const int sweeps = static_cast<int>(
+        std::min<std::size_t>(static_cast<std::size_t>(kSweepsPerRing * rings),
+                              moves_left_ / std::max<std::size_t>(region.size(), 1)));
+    moves_left_ -= static_cast<std::size_t>(sweeps) * region.size();
+    for (int sweep = 0; sweep < sweeps; ++sweep)
       for (const std::uint32_t v : region) move(v);
     std::vector<std::uint32_t> touched;
     for (const std::uint32_t v : region) {
@@ -82,7 +89,7 @@ class Untangler {
     region.erase(std::unique(region.begin(), region.end()), region.end());
     std::erase_if(region, [&](std::uint32_t v) {
       collect_star(scan_.triangles, neighbors_, v, face_of_[v], star_);
-      return star_.boundary;
+      return star_.boundary || fixed_[v];
     });
     return region;
   }
@@ -101,6 +108,8 @@ class Untangler {
   const Scan& scan_;
   std::vector<DomainPoint>& point_;
   Atlas atlas_;
+  std::vector<char> fixed_;
+  std::size_t moves_left_ = kMovesPerVertex * point_.size();
   std::vector<Triangle> neighbors_;
   std::vector<std::uint32_t> face_of_;
   Star star_;
