@@ -42,7 +42,7 @@ constexpr std::size_t kLeastFineTriangles = 160'000;
 /// Enough splits for the semi-regular mesh to have about four triangles for each one of the scan:
 /// from there on the remeshing error is below what any rate of interest leaves.
 int default_levels(std::size_t scan_triangles, std::size_t base_triangles) {
-  const std::size_t least = std::max(3 * scan_triangles, kLeastFineTriangles);
+  const std::size_t least = std::max(scan_triangles * 5 / 2, kLeastFineTriangles);
   int levels = 1;
   while (levels < 10 && (base_triangles << (2 * levels)) < least) ++levels;
   return levels;

@@ -10,7 +10,7 @@ namespace nacre::remesh {
 namespace {
 
 using Vec2 = Eigen::Vector2d;
-constexpr int kMaxSteps = 2000;
+constexpr int kMaxSteps = 500;
 constexpr int kMostNets = 12;  // in one walk: where it needs more it goes astray
 /// A weight above this counts as inside: far below what a step of the walk could mend.
 constexpr double kInside = -1e-9;
@@ -144,10 +144,7 @@ SurfacePoint SurfaceMap::to_surface(const DomainPoint& point, std::uint32_t hint
     const auto corner = static_cast<std::size_t>(most - point.weight.begin());
     nearest = map_.base.scan_vertex[map_.base.triangles[point.face][corner]];
   }
-  Star star;
-  collect_star(scan_.triangles, neighbors_, nearest, face_of_vertex_[nearest], star);
-  for (const std::uint32_t face : star.faces)
-    if (const auto found = walk(point, face)) return *found;
+  if (const auto found = walk(point, face_of_vertex_[nearest])) return *found;
   SurfacePoint vertex{face_of_vertex_[nearest], {}};
   vertex.weight[corner_of(scan_.triangles[vertex.face], nearest)] = 1;
   return vertex;

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "map_checks.h"
+#include "remesh/adjacency.h"
+#include "remesh/untangle.h"
 
 namespace nacre::remesh {
 namespace {
@@ -129,6 +131,53 @@ TEST(Relax, SurvivesWhatIsSmallOrWithoutArea) {
     for (const DomainPoint& p : map.point)
       EXPECT_TRUE(testing::is_valid(p, map.base.triangles.size()));
   }
+}
+
+/// Scan triangles upside down in the domain, in the chart of their corners.
+std::size_t turned(const Scan& scan, const Parameterisation& map) {
+  const Atlas atlas(map.base);
+  std::size_t count = 0;
+  for (const Triangle& t : scan.triangles) {
+    std::array<DomainPoint, 3> p = {map.point[t[0]], map.point[t[1]], map.point[t[2]]};
+    const auto chart = atlas.common_chart(p);
+    if (!chart) {
+      ++count;
+      continue;
+    }
+    const Atlas::Vec2 a = *chart->map(p[0]), b = *chart->map(p[1]) - a, c = *chart->map(p[2]) - a;
+    count += b[0] * c[1] - b[1] * c[0] < 0;
+  }
+  return count;
+}
+
+TEST(Untangle, TurnsTrianglesTheRightWayRound) {
+  for (const Scan& scan : {shapes::sphere(4), shapes::torus(40, 20), shapes::bumpy_sphere(4)}) {
+    Parameterisation map = relaxed(scan, simplified(scan, 40));
+    ASSERT_EQ(turned(scan, map), 0u);
+    // Swap the places of neighbours here and there: the triangles around them turn over.
+    for (std::size_t f = 0; f < scan.triangles.size(); f += 97)
+      std::swap(map.point[scan.triangles[f][0]], map.point[scan.triangles[f][1]]);
+    EXPECT_GT(turned(scan, map), 5u);
+    EXPECT_EQ(untangle(scan, map), 0u);
+    EXPECT_EQ(turned(scan, map), 0u);
+  }
+}
+
+TEST(Relax, DoesNotShrinkSmallClosedPieces) {
+  const Scan scan = shapes::bumpy_sphere(4);
+  const Parameterisation map = relaxed(scan, simplified(scan, 4));
+  ASSERT_EQ(map.base.triangles.size(), 4u);
+  const auto pinned = pinned_vertices(map);
+  EXPECT_EQ(std::count(pinned.begin(), pinned.end(), 1), 4);
+  for (std::uint32_t v = 0; v < 4; ++v) {
+    const DomainPoint& p = map.point[map.base.scan_vertex[v]];
+    EXPECT_EQ(map.base.triangles[p.face][corner_of(map.base.triangles[p.face], v)], v);
+    EXPECT_EQ(p.weight[corner_of(map.base.triangles[p.face], v)], 1);
+  }
+  for (std::uint32_t f = 0; f < 4; ++f)
+    EXPECT_GT(std::count_if(map.point.begin(), map.point.end(),
+                            [f](const DomainPoint& p) { return p.face == f; }),
+              static_cast<std::ptrdiff_t>(map.point.size() / 12));
 }
 
 }  // namespace

@@ -52,6 +52,27 @@ TEST(Remesh, ClosedOpenAndSeveralPieces) {
   EXPECT_FALSE(out.costs.empty());
 }
 
+TEST(Remesh, WhatCannotBeSimplifiedByHalfIsItsOwnBase) {
+  Scan scan = shapes::octahedron();
+  for (int i = 1; i < 12; ++i)
+    scan = shapes::joined(
+        scan, shapes::moved(i % 2 ? shapes::tetrahedron() : shapes::octahedron(), {3.0 * i, 0, 0}));
+  const auto out = remesh(scan, options_of(0, 0));
+  ASSERT_TRUE(out.has_value());
+  EXPECT_EQ(out->mesh.base_triangles.size(), scan.triangles.size());
+  EXPECT_EQ(out->mesh.level_count, 1);
+  EXPECT_LT(final_error(scan, *out), 1e-12);
+  ASSERT_EQ(out->pieces.size(), 12u);
+  for (const PieceReport& piece : out->pieces) {
+    EXPECT_NE(piece.fallback, "");
+    EXPECT_EQ(piece.base_triangles, piece.triangles);
+  }
+  // Asked for fewer, it gets what is possible by simplification.
+  const auto fewer = remesh(scan, options_of(50, 2));
+  ASSERT_TRUE(fewer.has_value());
+  for (const PieceReport& piece : fewer->pieces) EXPECT_EQ(piece.fallback, "");
+}
+
 TEST(Remesh, RefusesByKind) {
   const Scan sphere = shapes::sphere(2);
   for (const int levels : {-1, 13, 1000}) {

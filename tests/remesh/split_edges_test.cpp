@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "map_checks.h"
+#include "remesh/adjacency.h"
 
 namespace nacre::remesh {
 namespace {
@@ -84,6 +85,44 @@ TEST(SideForCount, KeepsNeedlesFromBeingCutToDust) {
   EXPECT_NEAR(side_for_count(scan, 20'000), 3e-3, 1e-9);
   for (Vec3& p : scan.positions) p[0] = 0;
   EXPECT_EQ(side_for_count(scan, 20'000), 0);
+}
+
+/// Inner edges whose two ends are on the boundary.
+std::size_t chords(const Scan& scan) {
+  const auto neighbors =
+      side_neighbors(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()));
+  std::vector<char> on_boundary(scan.positions.size(), 0);
+  for (std::size_t f = 0; f < scan.triangles.size(); ++f)
+    for (std::size_t k = 0; k < 3; ++k)
+      if (neighbors[f][k] == kNone)
+        on_boundary[scan.triangles[f][k]] = on_boundary[scan.triangles[f][(k + 1) % 3]] = 1;
+  std::size_t count = 0;
+  for (std::size_t f = 0; f < scan.triangles.size(); ++f)
+    for (std::size_t k = 0; k < 3; ++k)
+      count += neighbors[f][k] != kNone && on_boundary[scan.triangles[f][k]] &&
+               on_boundary[scan.triangles[f][(k + 1) % 3]];
+  return count / 2;
+}
+
+TEST(SplitChords, LeavesNoneAndKeepsTheSurface) {
+  std::size_t met = 0;
+  for (const Scan& scan : {shapes::grid(1, 1), shapes::grid(1, 9), shapes::grid(5, 4),
+                           shapes::holed_grid(6, 2, 4), shapes::torus(9, 7)}) {
+    CleanScan cleaned = *clean(scan);
+    const std::size_t before = chords(cleaned.scan);
+    const std::size_t vertices = cleaned.scan.positions.size();
+    met += before;
+    split_chords(cleaned);
+    EXPECT_EQ(chords(cleaned.scan), 0u);
+    EXPECT_GE(cleaned.scan.positions.size(), vertices + before);
+    EXPECT_EQ(cleaned.piece.size(), cleaned.scan.triangles.size());
+    EXPECT_NEAR(area(cleaned.scan), area(scan), 1e-12 * area(scan));
+    const ManifoldFacts a = testing::facts_of(scan), b = testing::facts_of(cleaned.scan);
+    ASSERT_EQ(b.defect, "");
+    EXPECT_EQ(b.boundary_loops, a.boundary_loops);
+    EXPECT_EQ(b.genus, a.genus);
+  }
+  EXPECT_GT(met, 10u);
 }
 
 }  // namespace
