@@ -38,6 +38,8 @@ constexpr int kRepairRounds = 3;
 
 /// Trials are made on a scan of about this many vertices, or so many for each base vertex.
 constexpr std::size_t kProxyVertices = 10'000, kProxyPerBase = 20;
+/// With fewer for each base vertex than this, they are made again on a larger proxy.
+constexpr std::size_t kLeastPerBase = 5;
 /// The map that comes back through the proxy has kinks where its triangles meet.
 constexpr int kFinalRounds = 2;
 
@@ -224,13 +226,9 @@ Result<Trial> best_trial(const Scan& scan, const LineTree& tree, int base_vertic
   return std::move(best);
 }
 
-}  // namespace
-
-Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, int base_vertices,
-                                     int levels, const LevelPredictor& predict,
-                                     const RunContext& context) {
-  const std::size_t proxy_vertices =
-      std::max(kProxyVertices, kProxyPerBase * static_cast<std::size_t>(base_vertices));
+Result<Parameterisation> choose_on_proxy(const Scan& scan, const LineTree& tree,
+                                         std::size_t proxy_vertices, int base_vertices, int levels,
+                                         const LevelPredictor& predict, const RunContext& context) {
   if (scan.positions.size() <= proxy_vertices * 5 / 4) {
     auto best = best_trial(scan, tree, base_vertices, levels, predict, context);
     return best ? Result<Parameterisation>(std::move(best->map)) : best.error();
@@ -245,6 +243,20 @@ Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, int
   relax_options.rounds = kFinalRounds;
   relax(scan, map, relax_options, context);
   return map;
+}
+
+}  // namespace
+
+Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, int base_vertices,
+                                     int levels, const LevelPredictor& predict,
+                                     const RunContext& context) {
+  const std::size_t proxy_vertices =
+      std::max(kProxyVertices, kProxyPerBase * static_cast<std::size_t>(base_vertices));
+  auto map = choose_on_proxy(scan, tree, proxy_vertices, base_vertices, levels, predict, context);
+  if (!map || kLeastPerBase * map->base.scan_vertex.size() <= proxy_vertices) return map;
+  // Many pieces or handles ask for more base vertices than the proxy can tell apart.
+  return choose_on_proxy(scan, tree, kProxyPerBase * map->base.scan_vertex.size(), base_vertices,
+                         levels, predict, context);
 }
 
 }  // namespace nacre::remesh
