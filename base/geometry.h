@@ -37,4 +37,9 @@ struct Frame {
   Vec3 tangent2;
 };
 
+/// A vector's components in a frame.
+inline Vec3 to_frame(const Frame& frame, const Vec3& vector) {
+  return {dot(frame.normal, vector), dot(frame.tangent1, vector), dot(frame.tangent2, vector)};
+}
+
 }  // namespace nacre

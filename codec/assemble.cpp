@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "codec/assemble.h"
 
+#include <limits>
+#include <string>
+
+#include "codec/comparators.h"
 #include "codec/stream_format.h"
 #include "codec/stream_writer.h"
 
@@ -26,6 +30,24 @@ std::vector<std::uint8_t> assemble(const Prepared& prepared, const CodedGeometry
     payloads.push_back(coded.bands[j].payload);
   }
   return write_stream(header, prepared.connectivity.bytes, coded.base.payload, payloads);
+}
+
+Error base_too_large(std::size_t smallest_bytes, std::size_t target_bytes) {
+  return {ErrorCode::kGoalUnreachable,
+          "the base mesh alone takes " + std::to_string(smallest_bytes) + " bytes, " +
+              std::to_string(target_bytes) + " were asked for",
+          smallest_bytes};
+}
+
+Error encoding_cancelled() { return {ErrorCode::kCancelled, "encoding was cancelled", 0}; }
+
+Result<Encoded> verified(const Prepared& prepared, EncodeReport report,
+                         std::vector<std::uint8_t> bytes) {
+  const auto decoded = decode(
+      bytes, {-1, std::numeric_limits<std::uint64_t>::max(), false, decode_comparator_bands});
+  if (!decoded) return decoded.error();
+  report.measured_distortion = mean_squared_difference(decoded->positions, prepared.positions);
+  return Encoded{std::move(bytes), std::move(report)};
 }
 
 EncodeReport describe(const Prepared& prepared, const CodedGeometry& coded,

@@ -214,7 +214,7 @@ Result<CodedGeometry> code_best(const Prepared& prepared, const BestSettings& se
             settings.targets ? (*settings.targets)[band + 1][i] : prepared.positions[v];
         const Vec3 vector = target - prediction.points[i];
         const Frame& f = prediction.frames[i];
-        details[i] = {dot(f.normal, vector), dot(f.tangent1, vector), dot(f.tangent2, vector)};
+        details[i] = to_frame(f, vector);
         if (!settings.targets || topology.level(j).edges[i].is_boundary()) return;
         const Vec3& n = settings.weights->normals[v];
         const double slope = dot(n, f.normal);

@@ -8,9 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
-#include <string>
 
 #include "codec/assemble.h"
 #include "codec/best_coder.h"
@@ -165,7 +163,7 @@ Result<BestEncoder::Trial> BestEncoder::search(Trial best, double unused_share,
   Trial small = best;
   double stride = 4.0 * kStepsPerOctave;
   for (int i = 0; i < kMaxTrials && !is_close(best, unused_share); ++i) {
-    if (context_.cancelled()) return Error{ErrorCode::kCancelled, "encoding was cancelled", 0};
+    if (context_.cancelled()) return encoding_cancelled();
     const double gap = large ? small.position - large->position : 0;
     double position = 0;
     if (guess && i == 0) {
@@ -201,7 +199,7 @@ Result<BestEncoder::Trial> BestEncoder::spend(Trial best, double unused_share) c
   for (std::size_t part = 0; part < ranges_.size() && !is_close(best, unused_share); ++part) {
     if (ranges_[part].is_empty) continue;
     for (int move = kStepsPerOctave / 2; move > 0 && !is_close(best, unused_share); move /= 2) {
-      if (context_.cancelled()) return Error{ErrorCode::kCancelled, "encoding was cancelled", 0};
+      if (context_.cancelled()) return encoding_cancelled();
       offsets[part] -= move;
       auto trial = make_trial(best.position, offsets);
       if (!trial) return trial.error();
@@ -219,12 +217,7 @@ Result<Encoded> BestEncoder::run() {
   const Effort& effort = options_.effort == codec::Effort::kFast ? kFastEffort : kNormalEffort;
   auto smallest = make_trial(coarsest_ + kStepsPerOctave);
   if (!smallest) return smallest.error();
-  if (!fits(*smallest)) {
-    return Error{ErrorCode::kGoalUnreachable,
-                 "the base mesh alone takes " + std::to_string(smallest->bytes.size()) +
-                     " bytes, " + std::to_string(options_.target_bytes) + " were asked for",
-                 smallest->bytes.size()};
-  }
+  if (!fits(*smallest)) return base_too_large(smallest->bytes.size(), options_.target_bytes);
   auto trial = search(*smallest, weights_ ? effort.first_unused_share : effort.unused_share);
   if (!trial) return trial.error();
   if (weights_ && trial->position > finest_) {
@@ -233,7 +226,7 @@ Result<Encoded> BestEncoder::run() {
         wavelet::regular_gains(prepared_.topology.level_count(), prepared_.transform);
     targets_ = sparse_targets(prepared_, *weights_, std::exp2(trial->position / kStepsPerOctave),
                               gains.energy, effort.shrinking_rounds);
-    if (context_.cancelled()) return Error{ErrorCode::kCancelled, "encoding was cancelled", 0};
+    if (context_.cancelled()) return encoding_cancelled();
     smallest = make_trial(coarsest_ + kStepsPerOctave);
     if (!smallest) return smallest.error();
     auto again = search(std::move(*smallest), effort.unused_share, trial->position);
@@ -246,19 +239,11 @@ Result<Encoded> BestEncoder::run() {
       if (!trial) return trial.error();
     }
   }
-  Encoded encoded;
-  encoded.report = describe(prepared_, trial->coded, trial->bytes.size());
-  encoded.report.lambda = -kLambda * std::exp2(2 * trial->position / kStepsPerOctave);
-  encoded.report.predicted_distortion = trial->coded.error;
-  for (std::size_t j = 0; j < encoded.report.bands.size(); ++j)
-    encoded.report.bands[j].gain = gains_[j + 1];
-  encoded.bytes = std::move(trial->bytes);
-  const auto decoded =
-      decode(encoded.bytes, {-1, std::numeric_limits<std::uint64_t>::max(), false});
-  if (!decoded) return decoded.error();
-  encoded.report.measured_distortion =
-      mean_squared_difference(decoded->positions, prepared_.positions);
-  return encoded;
+  EncodeReport report = describe(prepared_, trial->coded, trial->bytes.size());
+  report.lambda = -kLambda * std::exp2(2 * trial->position / kStepsPerOctave);
+  report.predicted_distortion = trial->coded.error;
+  for (std::size_t j = 0; j < report.bands.size(); ++j) report.bands[j].gain = gains_[j + 1];
+  return verified(prepared_, std::move(report), std::move(trial->bytes));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <new>
 #include <optional>
 #include <string>
@@ -24,8 +23,6 @@ constexpr int kCurveRounds = 2;
 /// How often a file is made whose size is then corrected, and how much room may stay unused.
 constexpr int kSizeRounds = 8;
 constexpr double kUnusedShare = 1.0 / 400;
-
-Error cancelled() { return {ErrorCode::kCancelled, "encoding was cancelled", 0}; }
 
 Result<void> check(const SemiRegularMesh& mesh, const EncodeOptions& options) {
   const auto bad = [](const std::string& what, std::size_t where = 0) {
@@ -210,7 +207,7 @@ Result<Encoder::Outcome> Encoder::solve(std::size_t budget) {
 Result<void> Encoder::fit_curves(std::size_t budget) {
   for (int round = 0; round < kCurveRounds; ++round) {
     samples_ = sample_parts(measurements_, budget, context_);
-    if (context_.cancelled()) return cancelled();
+    if (context_.cancelled()) return encoding_cancelled();
     bands_.clear();
     for (std::size_t i = 0; i < samples_.size(); ++i) {
       const Part& part = measurements_.parts()[i];
@@ -239,7 +236,7 @@ Result<Encoder::Outcome> Encoder::solve_for_file_size(std::size_t budget) {
   const auto unused = static_cast<std::size_t>(kUnusedShare * static_cast<double>(target));
   std::optional<Outcome> best;
   for (int round = 0; round < 3 * kSizeRounds && (round < kSizeRounds || !best); ++round) {
-    if (context_.cancelled()) return cancelled();
+    if (context_.cancelled()) return encoding_cancelled();
     auto outcome = solve(budget);
     if (!outcome) break;  // the budget was corrected below the least there is
     const std::size_t size = outcome->bytes.size();
@@ -300,25 +297,13 @@ Result<Encoded> Encoder::run() {
   const auto smallest = make_outcome(least, 0);
   if (!smallest) return smallest.error();
   const std::size_t size = smallest->bytes.size();
-  if (size > options_.target_bytes) {
-    return Error{ErrorCode::kGoalUnreachable,
-                 "the base mesh alone takes " + std::to_string(size) + " bytes, " +
-                     std::to_string(options_.target_bytes) + " were asked for",
-                 size};
-  }
+  if (size > options_.target_bytes) return base_too_large(size, options_.target_bytes);
   const std::size_t budget = options_.target_bytes - (size - smallest->measured_bytes);
   if (const auto ok = fit_curves(budget); !ok) return ok.error();
   auto outcome = solve_for_file_size(budget);
   if (!outcome) return outcome.error();
-  Encoded encoded;
-  encoded.report = report(*outcome);
-  encoded.bytes = std::move(outcome->bytes);
-  const auto decoded =
-      decode(encoded.bytes, {-1, std::numeric_limits<std::uint64_t>::max(), false});
-  if (!decoded) return decoded.error();
-  encoded.report.measured_distortion =
-      mean_squared_difference(decoded->positions, prepared_.positions);
-  return encoded;
+  EncodeReport outcome_report = report(*outcome);
+  return verified(prepared_, std::move(outcome_report), std::move(outcome->bytes));
 }
 
 }  // namespace
@@ -329,7 +314,7 @@ Result<Encoded> encode(const SemiRegularMesh& mesh, const EncodeOptions& options
   try {
     const auto prepared = prepare(mesh, options.transform);
     if (!prepared) return prepared.error();
-    if (context.cancelled()) return cancelled();
+    if (context.cancelled()) return encoding_cancelled();
     if (options.profile == Profile::kBest) return encode_best(mesh, options, context, *prepared);
     if (options.profile == Profile::kNmc) return encode_nmc(mesh, options, context, *prepared);
     if (options.profile == Profile::kEqmc) return encode_eqmc(mesh, options, context, *prepared);

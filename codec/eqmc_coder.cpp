@@ -10,7 +10,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <string>
 
 #include "base/parallel.h"
 #include "codec/assemble.h"
@@ -176,7 +175,7 @@ EqmcEncoder::EqmcEncoder(const SemiRegularMesh& mesh, const EncodeOptions& optio
 }
 
 Result<Trial> EqmcEncoder::make_trial(double position, double lambda) const {
-  if (context_.cancelled()) return Error{ErrorCode::kCancelled, "encoding was cancelled", 0};
+  if (context_.cancelled()) return encoding_cancelled();
   const auto step_of = [&](std::size_t part) {
     const double index = position - 0.5 * kStepsPerOctave * std::log2(gains_[part]);
     return static_cast<int>(std::lround(std::clamp<double>(index, -kMaxStepIndex, kMaxStepIndex)));
@@ -196,11 +195,8 @@ Result<Trial> EqmcEncoder::make_trial(double position, double lambda) const {
     const auto& vectors = prepared_.vectors[static_cast<std::size_t>(j)];
     const auto frames = wavelet::predict(topology, j, coarse).frames;
     std::vector<Vec3> details(vectors.size());
-    parallel_for_each_index(details.size(), [&](std::size_t i) {
-      const Frame& f = frames[i];
-      details[i] = {dot(f.normal, vectors[i]), dot(f.tangent1, vectors[i]),
-                    dot(f.tangent2, vectors[i])};
-    });
+    parallel_for_each_index(details.size(),
+                            [&](std::size_t i) { details[i] = to_frame(frames[i], vectors[i]); });
     const entropy::EqPlace place{&topology.level(j), j > 0 ? &topology.level(j - 1) : nullptr, j};
     coded.steps.push_back(step_of(static_cast<std::size_t>(j) + 1));
     coded.bands.push_back(code_band(details, coded.steps.back(), lambda, place, model));
@@ -266,27 +262,15 @@ Result<Trial> EqmcEncoder::move_lambda(Trial best, double position, double large
 Result<Encoded> EqmcEncoder::run() {
   auto smallest = make_trial(coarsest_);
   if (!smallest) return smallest.error();
-  if (smallest->bytes.size() > options_.target_bytes) {
-    return Error{ErrorCode::kGoalUnreachable,
-                 "the base mesh alone takes " + std::to_string(smallest->bytes.size()) +
-                     " bytes, " + std::to_string(options_.target_bytes) + " were asked for",
-                 smallest->bytes.size()};
-  }
+  if (smallest->bytes.size() > options_.target_bytes)
+    return base_too_large(smallest->bytes.size(), options_.target_bytes);
   auto trial = search(std::move(*smallest));
   if (!trial) return trial.error();
-  Encoded encoded;
-  encoded.report = describe(prepared_, trial->coded, trial->bytes.size());
-  encoded.report.lambda = -kLambda * std::exp2(2 * trial->position / kStepsPerOctave);
-  encoded.report.predicted_distortion = trial->coded.error;
-  for (std::size_t j = 0; j < encoded.report.bands.size(); ++j)
-    encoded.report.bands[j].gain = gains_[j + 1];
-  encoded.bytes = std::move(trial->bytes);
-  const auto decoded = decode(encoded.bytes, {-1, std::numeric_limits<std::uint64_t>::max(), false,
-                                              decode_comparator_bands});
-  if (!decoded) return decoded.error();
-  encoded.report.measured_distortion =
-      mean_squared_difference(decoded->positions, prepared_.positions);
-  return encoded;
+  EncodeReport report = describe(prepared_, trial->coded, trial->bytes.size());
+  report.lambda = -kLambda * std::exp2(2 * trial->position / kStepsPerOctave);
+  report.predicted_distortion = trial->coded.error;
+  for (std::size_t j = 0; j < report.bands.size(); ++j) report.bands[j].gain = gains_[j + 1];
+  return verified(prepared_, std::move(report), std::move(trial->bytes));
 }
 
 }  // namespace

@@ -15,10 +15,6 @@ std::span<const Vec3> level_prefix(const Prepared& prepared, int level) {
   return std::span(prepared.positions).first(prepared.topology.level(level).vertex_count);
 }
 
-Vec3 to_frame(const Frame& frame, const Vec3& vector) {
-  return {dot(frame.normal, vector), dot(frame.tangent1, vector), dot(frame.tangent2, vector)};
-}
-
 Vec3 from_frame(const Frame& frame, const Vec3& detail) {
   return frame.normal * detail[0] + frame.tangent1 * detail[1] + frame.tangent2 * detail[2];
 }

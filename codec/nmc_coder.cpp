@@ -8,8 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <string>
 
 #include "base/parallel.h"
 #include "codec/assemble.h"
@@ -100,11 +98,8 @@ Bands NmcEncoder::details_in(const std::vector<Vec3>& positions) const {
     const auto coarse = std::span(positions).first(prepared_.topology.level(j).vertex_count);
     const auto frames = wavelet::predict(prepared_.topology, j, coarse).frames;
     std::vector<Vec3> details(vectors.size());
-    parallel_for_each_index(details.size(), [&](std::size_t i) {
-      const Frame& f = frames[i];
-      details[i] = {dot(f.normal, vectors[i]), dot(f.tangent1, vectors[i]),
-                    dot(f.tangent2, vectors[i])};
-    });
+    parallel_for_each_index(details.size(),
+                            [&](std::size_t i) { details[i] = to_frame(frames[i], vectors[i]); });
     out.push_back(std::move(details));
   }
   return out;
@@ -232,7 +227,7 @@ Result<Trial> NmcEncoder::settle(int base_step, std::vector<Vec3> positions, int
   if (!best) return best;
   positions = best->positions;
   for (int round = 1; round < rounds && has_details_; ++round) {
-    if (context_.cancelled()) return Error{ErrorCode::kCancelled, "encoding was cancelled", 0};
+    if (context_.cancelled()) return encoding_cancelled();
     auto trial = make_trial(base_step, details_in(positions));
     if (!trial) return trial;
     positions = trial->positions;
@@ -258,12 +253,8 @@ EncodeReport NmcEncoder::report(const Trial& trial) const {
 Result<Encoded> NmcEncoder::run() {
   auto smallest = make_trial(coarsest_base_, prepared_.pyramid.bands);
   if (!smallest) return smallest.error();
-  if (smallest->bytes.size() > options_.target_bytes) {
-    return Error{ErrorCode::kGoalUnreachable,
-                 "the base mesh alone takes " + std::to_string(smallest->bytes.size()) +
-                     " bytes, " + std::to_string(options_.target_bytes) + " were asked for",
-                 smallest->bytes.size()};
-  }
+  if (smallest->bytes.size() > options_.target_bytes)
+    return base_too_large(smallest->bytes.size(), options_.target_bytes);
   // The grid that errs as much as the planes do; then steps away from it, shorter and shorter.
   Trial best = std::move(*smallest);
   const auto keep_better = [&](Result<Trial> trial) -> Result<bool> {
@@ -289,15 +280,8 @@ Result<Encoded> NmcEncoder::run() {
       if (*better) break;
     }
   }
-  Encoded encoded;
-  encoded.report = report(best);
-  encoded.bytes = std::move(best.bytes);
-  const auto decoded = decode(encoded.bytes, {-1, std::numeric_limits<std::uint64_t>::max(), false,
-                                              decode_comparator_bands});
-  if (!decoded) return decoded.error();
-  encoded.report.measured_distortion =
-      mean_squared_difference(decoded->positions, prepared_.positions);
-  return encoded;
+  EncodeReport best_report = report(best);
+  return verified(prepared_, std::move(best_report), std::move(best.bytes));
 }
 
 }  // namespace

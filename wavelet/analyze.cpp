@@ -60,8 +60,7 @@ Result<Pyramid> analyze(const Topology& topology, std::span<const Vec3> position
       const Frame frame =
           frame_of(midpoint_normal(level, predicted, e), edge_vector(level, predicted, e));
       const Vec3 offset = target[level.vertex_count + e] - predicted[level.vertex_count + e];
-      band[e] = {dot(frame.normal, offset), dot(frame.tangent1, offset),
-                 dot(frame.tangent2, offset)};
+      band[e] = to_frame(frame, offset);
     }
     rebuilt = displace(level, predicted, band);
   }
