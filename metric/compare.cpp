@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <new>
 
 #include "base/parallel.h"
+#include "metric/beside.h"
 #include "metric/metric.h"
 #include "metric/sampling.h"
 
@@ -13,14 +15,26 @@ namespace {
 
 constexpr std::size_t kPointsPerBlock = 2048;
 
+constexpr double kHistogramTop = kHistogramEdges - 1;  // the edge that is one diagonal
+constexpr double kEdgesPerDecade = 10;
+
+/// Which of the kHistogramEdges + 1 places a distance has.
+std::size_t histogram_place(double distance, double diagonal) {
+  if (!(distance > 0)) return 0;
+  const double edge = std::floor(kEdgesPerDecade * std::log10(distance / diagonal) + kHistogramTop);
+  return static_cast<std::size_t>(std::clamp(edge + 1, 0.0, kHistogramTop + 1));
+}
+
 /// What one block of points found; blocks are merged in order, so the first of equal maxima wins.
 struct Tally {
   double sum = 0, sum_of_squares = 0;
   double maximum = -1;
   Vec3 maximum_at = Vec3::Zero();
+  std::array<std::uint64_t, kHistogramEdges + 1> histogram{};
 
-  void add(const Vec3& point, double distance) {
+  void add(const Vec3& point, double distance, double diagonal) {
     sum += distance;
+    ++histogram[histogram_place(distance, diagonal)];
     sum_of_squares += distance * distance;
     if (distance > maximum) {
       maximum = distance;
@@ -30,6 +44,7 @@ struct Tally {
   void merge(const Tally& other) {
     sum += other.sum;
     sum_of_squares += other.sum_of_squares;
+    for (std::size_t k = 0; k < histogram.size(); ++k) histogram[k] += other.histogram[k];
     if (other.maximum > maximum) {
       maximum = other.maximum;
       maximum_at = other.maximum_at;
@@ -37,33 +52,44 @@ struct Tally {
   }
 };
 
+struct Scale {
+  double zero_below = 0;  ///< distances up to here count as zero
+  double diagonal = 0;    ///< of the reference
+};
+
 /// Measures `count` points against `to`; for_each_point(begin, end, visit) gives them. The blocks
 /// are fixed, so neither the sums nor the hints depend on the threads.
 template <class ForEachPoint>
-Tally measure(std::size_t count, const Surface& to, double zero_below, const RunContext& context,
+Tally measure(std::size_t count, const Surface& to, const Scale& scale, const RunContext& context,
               const ForEachPoint& for_each_point) {
-  std::vector<Tally> tallies((count + kPointsPerBlock - 1) / kPointsPerBlock);
-  parallel_for_each_index(
-      tallies.size(),
-      [&](std::size_t b) {
-        if (context.cancelled()) return;
-        Surface::Nearest last;
-        const std::size_t end = std::min(count, (b + 1) * kPointsPerBlock);
-        for_each_point(b * kPointsPerBlock, end, [&](const Vec3& p) {
-          last = to.nearest(p, last);
-          tallies[b].add(p, last.distance > zero_below ? last.distance : 0.0);
-        });
-      },
-      1);
+  // A batch of blocks at a time: a tally is half a kilobyte, and a block may be one of a million.
+  constexpr std::size_t kBlocksPerBatch = 4096;
+  const std::size_t blocks = (count + kPointsPerBlock - 1) / kPointsPerBlock;
   Tally all;
-  for (const Tally& t : tallies) all.merge(t);
+  for (std::size_t first = 0; first < blocks; first += kBlocksPerBatch) {
+    std::vector<Tally> tallies(std::min(kBlocksPerBatch, blocks - first));
+    parallel_for_each_index(
+        tallies.size(),
+        [&](std::size_t b) {
+          if (context.cancelled()) return;
+          Surface::Nearest last;
+          const std::size_t begin = (first + b) * kPointsPerBlock;
+          for_each_point(begin, std::min(count, begin + kPointsPerBlock), [&](const Vec3& p) {
+            last = to.nearest(p, last);
+            tallies[b].add(p, last.distance > scale.zero_below ? last.distance : 0.0,
+                           scale.diagonal);
+          });
+        },
+        1);
+    for (const Tally& t : tallies) all.merge(t);
+  }
   return all;
 }
 
-OneSided one_sided(const Scan& from, const Surface& to, double zero_below, const Options& options,
+OneSided one_sided(const Scan& from, const Surface& to, const Scale& scale, const Options& options,
                    const RunContext& context) {
   const SurfaceSampler sampler(from, options.samples, options.seed);
-  Tally all = measure(sampler.size(), to, zero_below, context,
+  Tally all = measure(sampler.size(), to, scale, context,
                       [&](std::size_t begin, std::size_t end, const auto& visit) {
                         sampler.for_each(begin, end, visit);
                       });
@@ -72,9 +98,10 @@ OneSided one_sided(const Scan& from, const Surface& to, double zero_below, const
   const double n = static_cast<double>(result.sample_count);
   result.mean = all.sum / n;
   result.rms = std::sqrt(all.sum_of_squares / n);
+  result.histogram.assign(all.histogram.begin(), all.histogram.end());
 
   const std::vector<std::uint32_t>& vertices = sampler.vertices();
-  all.merge(measure(vertices.size(), to, zero_below, context,
+  all.merge(measure(vertices.size(), to, scale, context,
                     [&](std::size_t begin, std::size_t end, const auto& visit) {
                       for (std::size_t i = begin; i < end; ++i) visit(from.positions[vertices[i]]);
                     }));
@@ -83,12 +110,17 @@ OneSided one_sided(const Scan& from, const Surface& to, double zero_below, const
   return result;
 }
 
-Scan moved_to_origin(Scan scan, const Vec3& origin) {
-  const Vec3 shift = scan.origin - origin;
+}  // namespace
+
+Result<Scan> moved_beside(const Scan& a, const Scan& b) {
+  if (!a.origin.allFinite() || !b.origin.allFinite())
+    return Error{ErrorCode::kBadInput, "the origin of a surface is not finite"};
+  Scan moved = b;
+  const Vec3 shift = b.origin - a.origin;
   if (shift != Vec3::Zero())
-    for (Vec3& p : scan.positions) p += shift;
-  scan.origin = origin;
-  return scan;
+    for (Vec3& p : moved.positions) p += shift;
+  moved.origin = a.origin;
+  return moved;
 }
 
 double largest_coordinate(const Scan& scan) {
@@ -99,7 +131,17 @@ double largest_coordinate(const Scan& scan) {
   return largest;
 }
 
-}  // namespace
+double histogram_edge(int k) { return std::pow(10.0, (k - kHistogramTop) / kEdgesPerDecade); }
+
+double OneSided::quantile(double share, double bbox_diagonal) const {
+  const double enough = share * static_cast<double>(sample_count);
+  std::uint64_t below = 0;
+  for (int k = 0; k < kHistogramEdges; ++k) {
+    below += histogram[static_cast<std::size_t>(k)];
+    if (static_cast<double>(below) >= enough) return bbox_diagonal * histogram_edge(k);
+  }
+  return std::numeric_limits<double>::infinity();
+}
 
 double psnr_db(double bbox_diagonal, double rms_distance) {
   if (rms_distance == 0) return std::numeric_limits<double>::infinity();
@@ -110,23 +152,24 @@ Result<Comparison> compare(const Scan& a, const Surface& surface_a, const Scan& 
                            const Options& options, const RunContext& context) try {
   if (options.samples < 1000 || options.samples > 1'000'000'000)
     return Error{ErrorCode::kBadInput, "samples must be from 1000 to 10^9"};
-  if (!a.origin.allFinite() || !b.origin.allFinite())
-    return Error{ErrorCode::kBadInput, "the origin of a surface is not finite"};
-  const Scan b_beside_a = moved_to_origin(b, a.origin);
+  const Result<Scan> beside = moved_beside(a, b);
+  if (!beside) return beside.error();
+  const Scan& b_beside_a = *beside;
   const Result<Surface> surface_b = Surface::build(b_beside_a);
   if (!surface_b) return surface_b.error();
 
-  const double zero_below = kRoundingUlps * std::numeric_limits<double>::epsilon() *
-                            std::max(largest_coordinate(a), largest_coordinate(b_beside_a));
+  const double largest = std::max(largest_coordinate(a), largest_coordinate(b_beside_a));
+  const Scale scale = {kRoundingUlps * std::numeric_limits<double>::epsilon() * largest,
+                       surface_a.bbox_diagonal()};
   Comparison result;
   context.report("compare", 0.0);
-  result.a_to_b = one_sided(a, *surface_b, zero_below, options, context);
+  result.a_to_b = one_sided(a, *surface_b, scale, options, context);
   context.report("compare", 0.5);
-  result.b_to_a = one_sided(b_beside_a, surface_a, zero_below, options, context);
+  result.b_to_a = one_sided(b_beside_a, surface_a, scale, options, context);
   context.report("compare", 1.0);
   if (context.cancelled()) return Error{ErrorCode::kCancelled, "comparison cancelled"};
 
-  result.bbox_diagonal = surface_a.bbox_diagonal();
+  result.bbox_diagonal = scale.diagonal;
   result.psnr_db = psnr_db(result.bbox_diagonal, std::max(result.a_to_b.rms, result.b_to_a.rms));
   return result;
 } catch (const std::bad_alloc&) {

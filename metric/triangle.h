@@ -56,10 +56,22 @@ inline Vec3 closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, con
   const double va = d3 * d6 - d5 * d4;
   if (va <= 0 && d4 >= d3 && d5 >= d6) return b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (c - b);
   const double scale = 1 / (va + vb + vc);
-  const Vec3 foot = a + (vb * scale) * ab + (vc * scale) * ac;
-  if (gram > kRefine * ab_ab * ac_ac) return foot;
-  const double r1 = dot(p - foot, ab), r2 = dot(p - foot, ac);  // zero but for rounding
-  return foot + ((r1 * ac_ac - r2 * ab_ac) / gram) * ab + ((r2 * ab_ab - r1 * ab_ac) / gram) * ac;
+  double v = vb * scale, w = vc * scale;
+  if (gram <= kRefine * ab_ab * ac_ac) {
+    const Vec3 away = p - (a + v * ab + w * ac);
+    const double r1 = dot(away, ab), r2 = dot(away, ac);  // zero but for rounding
+    v += (r1 * ac_ac - r2 * ab_ac) / gram;
+    w += (r2 * ab_ab - r1 * ab_ac) / gram;
+  }
+  // Rounding may have left the triangle; certified bounds need a point of it.
+  v = std::max(v, 0.0);
+  w = std::max(w, 0.0);
+  const double sum = v + w;
+  if (sum > 1) {
+    v /= sum;
+    w /= sum;
+  }
+  return a + v * ab + w * ac;
 }
 
 }  // namespace nacre::metric

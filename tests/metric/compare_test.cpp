@@ -94,6 +94,37 @@ TEST(Compare, ConcentricSpheres) {
   }
 }
 
+// The square moved by t in its plane: 1 − t of the area is nearer than any edge of the histogram,
+// and of the rest, at distances uniform up to t, what lies below an edge is as the edge to t.
+TEST(Compare, HistogramCountsAreaByDistance) {
+  const double t = 0.25;
+  const Scan a = shapes::grid(1, 1);
+  const Comparison c = *compare(a, moved(a, {t, 0, 0}), kQuick);
+  const double diagonal = std::sqrt(2.0);
+  const std::vector<std::uint64_t>& histogram = c.a_to_b.histogram;
+  ASSERT_EQ(histogram.size(), static_cast<std::size_t>(kHistogramEdges) + 1);
+  std::uint64_t below = 0;
+  for (int k = 0; k < kHistogramEdges; ++k) {
+    below += histogram[static_cast<std::size_t>(k)];
+    const double expected = 1 - t + std::min(t, histogram_edge(k) * diagonal);
+    EXPECT_NEAR(static_cast<double>(below) / 50'000, expected, 1e-3) << "edge " << k;
+  }
+  EXPECT_EQ(below, 50'000u);
+  EXPECT_EQ(histogram.back(), 0u);
+  EXPECT_EQ(c.a_to_b.quantile(0.5, diagonal), diagonal * histogram_edge(0));
+  const double near_all =
+      c.a_to_b.quantile(0.99, diagonal);  // 1 % of the area is farther than 0.24
+  EXPECT_GE(near_all, 0.24);
+  EXPECT_LE(near_all, 0.24 * std::pow(10, 0.1));
+}
+
+TEST(Compare, HistogramEdgesAreTwoDecibelsApart) {
+  EXPECT_DOUBLE_EQ(histogram_edge(0), 1e-7);
+  EXPECT_DOUBLE_EQ(histogram_edge(kHistogramEdges - 1), 1);
+  for (int k = 1; k < kHistogramEdges; ++k)
+    EXPECT_NEAR(psnr_db(1, histogram_edge(k - 1)) - psnr_db(1, histogram_edge(k)), 2, 1e-9);
+}
+
 TEST(Compare, FindsASpikeAtItsVertex) {
   Scan spiked = shapes::grid(20, 20);
   const Vec3 tip(10, 10, 3);
