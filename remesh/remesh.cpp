@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
+#include <span>
 
 #include "remesh/adjacency.h"
 #include "remesh/choose_base.h"
@@ -89,69 +91,127 @@ Parameterisation identity(const Scan& scan) {
   return map;
 }
 
-void count_base_triangles(const CleanScan& cleaned, const BaseMesh& base,
-                          std::vector<PieceReport>& pieces) {
-  std::vector<std::uint32_t> piece_of_vertex(cleaned.scan.positions.size(), 0);
-  for (std::size_t f = 0; f < cleaned.piece.size(); ++f)
-    for (const std::uint32_t v : cleaned.scan.triangles[f]) piece_of_vertex[v] = cleaned.piece[f];
+void count_base_triangles(const Scan& scan, std::span<const std::uint32_t> piece,
+                          const BaseMesh& base, std::vector<PieceReport>& pieces) {
+  std::vector<std::uint32_t> piece_of_vertex(scan.positions.size(), 0);
+  for (std::size_t f = 0; f < piece.size(); ++f)
+    for (const std::uint32_t v : scan.triangles[f]) piece_of_vertex[v] = piece[f];
   for (const Triangle& t : base.triangles)
     ++pieces[piece_of_vertex[base.scan_vertex[t[0]]]].base_triangles;
 }
 
-}  // namespace
-
-Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext& context) {
+Result<void> check(const Options& options) {
   if (options.levels < 0 || options.levels > 12)
     return Error{ErrorCode::kBadInput, "levels must be 0 .. 12", 0};
   if (options.base_vertices < 0)
     return Error{ErrorCode::kBadInput, "base vertices must not be negative", 0};
   if (!options.predict) return Error{ErrorCode::kBadInput, "a prediction is required", 0};
-  Remesh out;
-  Stopwatch watch(out.costs);
-  auto cleaned = clean(scan, options.repair, options.small_extent);
-  if (!cleaned) return cleaned.error();
-  out.clean = cleaned->report;
-  if (options.observer.cleaned) options.observer.cleaned(*cleaned);
-  const std::size_t scan_triangles = cleaned->scan.triangles.size();
-  CleanScan whole;
-  if (scan_triangles < kLeastTriangles) whole = *cleaned;
-  const double side = side_for_count(cleaned->scan, kLeastTriangles);
-  if (side == 0) return Error{ErrorCode::kGeometryRefused, "no triangle has an area", 0};
-  split_long_edges(*cleaned, side, 4 * static_cast<std::size_t>(kLeastTriangles) + scan_triangles);
-  split_chords(*cleaned);
-  watch.lap("clean");
+  return {};
+}
 
-  const LineTree tree(cleaned->scan);
-  auto map = choose_base(cleaned->scan, tree, options.base_vertices, options.levels,
-                         options.predict, context);
+/// What comes from elsewhere must at least have its indices in range.
+Result<void> check(const MappedScan& mapped) {
+  const auto bad = [](const char* what, std::size_t where) {
+    return Error{ErrorCode::kBadInput, what, where};
+  };
+  if (!mapped.scan || mapped.map.base.triangles.empty()) return bad("the map is empty", 0);
+  if (mapped.levels < 1 || mapped.levels > 12) return bad("levels must be 1 .. 12", 0);
+  const BaseMesh& base = mapped.map.base;
+  const std::size_t vertices = mapped.scan->positions.size();
+  if (mapped.map.point.size() != vertices) return bad("the map needs a point per vertex", 0);
+  for (std::size_t f = 0; f < mapped.scan->triangles.size(); ++f)
+    for (const std::uint32_t v : mapped.scan->triangles[f])
+      if (v >= vertices) return bad("a triangle of the scan names a missing vertex", f);
+  for (std::size_t v = 0; v < base.scan_vertex.size(); ++v)
+    if (base.scan_vertex[v] >= vertices) return bad("a base vertex is at no vertex of the scan", v);
+  if (base.neighbors.size() != base.triangles.size())
+    return bad("a base triangle has no neighbours", 0);
+  for (std::size_t v = 0; v < vertices; ++v)
+    if (mapped.map.point[v].face >= base.triangles.size())
+      return bad("a vertex of the scan lies on no base triangle", v);
+  return {};
+}
+
+}  // namespace
+
+Result<MappedScan> map_onto_base(CleanScan cleaned, const Options& options,
+                                 const RunContext& context) {
+  if (const auto ok = check(options); !ok) return ok.error();
+  const std::size_t scan_triangles = cleaned.scan.triangles.size();
+  CleanScan whole;
+  if (scan_triangles < static_cast<std::size_t>(kLeastTriangles)) whole = cleaned;
+  const double side = side_for_count(cleaned.scan, kLeastTriangles);
+  if (side == 0) return Error{ErrorCode::kGeometryRefused, "no triangle has an area", 0};
+  split_long_edges(cleaned, side, 4 * static_cast<std::size_t>(kLeastTriangles) + scan_triangles);
+  split_chords(cleaned);
+
+  MappedScan out;
+  auto scan = std::make_shared<Scan>(std::move(cleaned.scan));
+  const auto tree = std::make_shared<const LineTree>(*scan);
+  auto map =
+      choose_base(*scan, *tree, options.base_vertices, options.levels, options.predict, context);
   if (!map) return map.error();
-  PierceOptions pierce_options;
-  pierce_options.levels = options.levels > 0
-                              ? options.levels
-                              : default_levels(scan_triangles, map->base.triangles.size());
-  const bool keep = options.base_vertices == 0 && !whole.scan.triangles.empty() &&
-                    static_cast<double>(map->base.scan_vertex.size()) >
-                        kLeastGain * static_cast<double>(whole.scan.positions.size());
-  if (keep) {
-    *cleaned = whole;
-    map = identity(cleaned->scan);
-    for (PieceReport& piece : cleaned->pieces)
+  out.levels = options.levels > 0 ? options.levels
+                                  : default_levels(scan_triangles, map->base.triangles.size());
+  out.is_kept = options.base_vertices == 0 && !whole.scan.triangles.empty() &&
+                static_cast<double>(map->base.scan_vertex.size()) >
+                    kLeastGain * static_cast<double>(whole.scan.positions.size());
+  if (out.is_kept) {
+    cleaned = std::move(whole);
+    scan = std::make_shared<Scan>(std::move(cleaned.scan));
+    out.levels = std::max(options.levels, 1);
+    out.map = identity(*scan);
+    for (PieceReport& piece : cleaned.pieces)
       piece.fallback =
           "its own triangles are the base: the scan cannot be simplified to half of its vertices";
+  } else {
+    out.map = std::move(*map);
+    out.tree = tree;
   }
-  if (options.observer.base) options.observer.base(cleaned->scan, *map);
-  watch.lap("base mesh");
+  count_base_triangles(*scan, cleaned.piece, out.map.base, cleaned.pieces);
+  out.pieces = std::move(cleaned.pieces);
+  out.scan = std::move(scan);
+  if (options.observer.base) options.observer.base(*out.scan, out.map);
+  return out;
+}
 
-  auto pierced = keep ? kept_as_it_is(cleaned->scan, std::max(options.levels, 1))
-                      : pierce(SurfaceMap(cleaned->scan, *map), *map, tree, options.predict,
-                               pierce_options, context);
+Result<Remesh> pierce_map(const MappedScan& mapped, const Options& options,
+                          const RunContext& context) {
+  if (const auto ok = check(options); !ok) return ok.error();
+  if (const auto ok = check(mapped); !ok) return ok.error();
+  const Scan& scan = *mapped.scan;
+  PierceOptions pierce_options;
+  pierce_options.levels = mapped.levels;
+  auto pierced = mapped.is_kept ? kept_as_it_is(scan, mapped.levels)
+                                : pierce(SurfaceMap(scan, mapped.map), mapped.map,
+                                         mapped.tree ? *mapped.tree : LineTree(scan),
+                                         options.predict, pierce_options, context);
   if (!pierced) return pierced.error();
+  Remesh out;
   out.mesh = std::move(pierced->mesh);
-  out.pieces = std::move(cleaned->pieces);
-  count_base_triangles(*cleaned, map->base, out.pieces);
+  out.pieces = mapped.pieces;
   out.bands = std::move(pierced->bands);
   if (options.observer.normal_mesh) options.observer.normal_mesh(out.mesh, pierced->kind);
+  return out;
+}
+
+Result<Remesh> remesh(const Scan& scan, const Options& options, const RunContext& context) {
+  if (const auto ok = check(options); !ok) return ok.error();
+  std::vector<StageCost> costs;
+  Stopwatch watch(costs);
+  auto cleaned = clean(scan, options.repair, options.small_extent);
+  if (!cleaned) return cleaned.error();
+  const CleanReport report = cleaned->report;
+  if (options.observer.cleaned) options.observer.cleaned(*cleaned);
+  watch.lap("clean");
+  const auto mapped = map_onto_base(std::move(*cleaned), options, context);
+  if (!mapped) return mapped.error();
+  watch.lap("base mesh");
+  auto out = pierce_map(*mapped, options, context);
+  if (!out) return out.error();
   watch.lap("piercing");
+  out->clean = report;
+  out->costs = std::move(costs);
   return out;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -109,6 +110,29 @@ struct Remesh {
   std::vector<PieceReport> pieces;
   std::vector<StageCost> costs;
 };
+
+class LineTree;
+
+/// A scan with its map onto a base mesh: all that is needed to pierce it.
+struct MappedScan {
+  std::shared_ptr<const Scan> scan;  ///< the cleaned one, long edges split
+  Parameterisation map;              ///< of it
+  int levels = 0;                    ///< how often the base will be split
+  bool is_kept = false;             ///< the scan is its own base, new vertices the middles of edges
+  std::vector<PieceReport> pieces;  ///< complete
+  std::shared_ptr<const LineTree> tree;  ///< of `scan`; none: made when needed
+};
+
+/// remesh() in two halves, for who wants to stop between them or has changed something there.
+/// remesh() is clean(), map_onto_base() and pierce_map() with the same options.
+///
+/// Errors   kGeometryRefused, kBadInput (an option out of range), kCancelled.
+[[nodiscard]] Result<MappedScan> map_onto_base(CleanScan cleaned, const Options& options,
+                                               const RunContext& context = {});
+/// Of the result, `clean` and `costs` are left empty. Errors   kBadInput: the parts of `mapped` do
+/// not fit together; kCancelled.
+[[nodiscard]] Result<Remesh> pierce_map(const MappedScan& mapped, const Options& options,
+                                        const RunContext& context = {});
 
 /// Errors   kGeometryRefused, kBadInput (an option out of range), kCancelled.
 [[nodiscard]] Result<Remesh> remesh(const Scan& scan, const Options& options,
