@@ -47,7 +47,7 @@ Result<Encoded> verified(const Prepared& prepared, EncodeReport report,
       bytes, {-1, std::numeric_limits<std::uint64_t>::max(), false, decode_comparator_bands});
   if (!decoded) return decoded.error();
   report.measured_distortion = mean_squared_difference(decoded->positions, prepared.positions);
-  return Encoded{std::move(bytes), std::move(report)};
+  return Encoded{std::move(bytes), std::move(report), {}};
 }
 
 EncodeReport describe(const Prepared& prepared, const CodedGeometry& coded,

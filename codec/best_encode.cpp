@@ -92,8 +92,7 @@ BestEncoder::BestEncoder(const SemiRegularMesh& mesh, const EncodeOptions& optio
   if (prepared.transform == wavelet::Transform::kButterfly) {
     weights_ = surface_weights(prepared);
   }
-  const auto gains = wavelet::regular_gains(prepared.topology.level_count(), prepared.transform);
-  for (const double energy : gains.energy) gains_.push_back(std::pow(energy, kGainPower));
+  gains_ = best_gains(prepared);
   ranges_.push_back(base_range());
   for (std::size_t j = 0; j < prepared.pyramid.bands.size(); ++j) ranges_.push_back(band_range(j));
   finest_ = position_of(0, ranges_[0].finest);
@@ -243,10 +242,18 @@ Result<Encoded> BestEncoder::run() {
   report.lambda = -kLambda * std::exp2(2 * trial->position / kStepsPerOctave);
   report.predicted_distortion = trial->coded.error;
   for (std::size_t j = 0; j < report.bands.size(); ++j) report.bands[j].gain = gains_[j + 1];
-  return verified(prepared_, std::move(report), std::move(trial->bytes));
+  auto encoded = verified(prepared_, std::move(report), std::move(trial->bytes));
+  if (encoded && targets_) encoded->targets = std::move(*targets_);
+  return encoded;
 }
 
 }  // namespace
+
+std::vector<double> best_gains(const Prepared& prepared) {
+  auto gains = wavelet::regular_gains(prepared.topology.level_count(), prepared.transform).energy;
+  for (double& energy : gains) energy = std::pow(energy, kGainPower);
+  return gains;
+}
 
 Result<Encoded> encode_best(const SemiRegularMesh& mesh, const EncodeOptions& options,
                             const RunContext& context, const Prepared& prepared) {

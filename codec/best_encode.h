@@ -6,6 +6,9 @@
 
 namespace nacre::codec {
 
+/// What the steps of the base and the bands are shared out by; see the top of best_encode.cpp.
+[[nodiscard]] std::vector<double> best_gains(const Prepared& prepared);
+
 /// encode() with Profile::kBest, for checked arguments.
 [[nodiscard]] Result<Encoded> encode_best(const SemiRegularMesh& mesh, const EncodeOptions& options,
                                           const RunContext& context, const Prepared& prepared);

@@ -56,6 +56,9 @@ struct EncodeReport {
 struct Encoded {
   std::vector<std::uint8_t> bytes;
   EncodeReport report;
+  /// Of profile best: what each level aimed at, in the decoder's numbering (see best_targets.h);
+  /// empty: the mesh itself.
+  std::vector<std::vector<Vec3>> targets;
 };
 
 /// Errors   kGoalUnreachable when target_bytes cannot hold even the base mesh (the message names
