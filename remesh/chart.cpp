@@ -14,8 +14,8 @@ using Vec2 = Eigen::Vector2d;
 /// Corners of the unit triangle that every base triangle is.
 const std::array<Vec2, 3> kUnit = {Vec2(0, 0), Vec2(1, 0), Vec2(0.5, 0.86602540378443864676)};
 
-/// Triangles further apart than this many, counted outward from the middle one, have no net.
 constexpr std::size_t kMostPoints = 4;  // that share a chart
+/// Triangles further apart than this many, counted outward from the middle one, have no net.
 constexpr std::size_t kNetSize = 12;
 constexpr double kWedge = M_PI / 3;  // the angle of a unit triangle
 
@@ -143,6 +143,13 @@ std::optional<Atlas::Chart> Atlas::common_chart(std::span<DomainPoint> points) c
   return common_chart(std::span<const std::uint32_t>(faces.data(), points.size()));
 }
 
+std::optional<double> Atlas::doubled_area(std::array<DomainPoint, 3> p) const {
+  const auto chart = common_chart(p);
+  if (!chart) return std::nullopt;
+  const Vec2 a = *chart->map(p[0]);
+  return cross2(*chart->map(p[1]) - a, *chart->map(p[2]) - a);
+}
+
 std::shared_ptr<const std::vector<Atlas::NetFace>> Atlas::net_of(
     std::span<const std::uint32_t> triangles) const {
   std::vector<std::uint32_t> wanted(triangles.begin(), triangles.end());
@@ -230,8 +237,7 @@ DomainPoint Atlas::Chart::unmap(const Vec2& place) const {
     const StarFace& face = faces[static_cast<std::size_t>(m)];
     std::array<double, 3> rotated{};
     for (std::uint32_t k = 0; k < 3; ++k) rotated[(face.corner + k) % 3] = w[k];
-    const DomainPoint out = clamped(face.face, rotated);
-    return out;
+    return clamped(face.face, rotated);
   }
   if (kind_ == Kind::kNet) {
     double best = -1e300;

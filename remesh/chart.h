@@ -56,6 +56,9 @@ class Atlas {
   /// The same point as one of the given triangle, if it is on a side or corner of it.
   [[nodiscard]] std::optional<DomainPoint> seen_from(const DomainPoint& point,
                                                      std::uint32_t triangle) const;
+  /// Twice the signed area of a triangle of the domain, in the chart that its corners share;
+  /// nothing if they share none. Its sign says whether the triangle is turned over.
+  [[nodiscard]] std::optional<double> doubled_area(std::array<DomainPoint, 3> corners) const;
   [[nodiscard]] Chart triangle_chart(std::uint32_t triangle) const;
 
   [[nodiscard]] const BaseMesh& base() const { return base_; }

@@ -64,7 +64,7 @@ struct Trial {
 /// A smaller scan that stands for the given one in trials, and how to come back.
 struct Proxy {
   Scan scan;
-  Parameterisation map;  // of the given scan onto it; without triangles: it is the scan itself
+  Parameterisation map;  // of the given scan onto it
 };
 
 Result<Proxy> make_proxy(const Scan& scan, std::size_t vertices, const RunContext& context) {

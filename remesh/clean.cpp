@@ -7,6 +7,7 @@
 // counts as welded or split by where its faces went.
 #include "remesh/clean_steps.h"
 #include "remesh/fill_loops.h"
+#include "remesh/side_groups.h"
 
 namespace nacre::remesh {
 namespace {

@@ -80,18 +80,6 @@ bool collides(const std::vector<Triangle>& filling, const std::vector<std::uint3
 
 }  // namespace
 
-std::vector<std::uint32_t> side_partners(std::span<const Triangle> triangles,
-                                         std::size_t vertex_count) {
-  std::vector<std::uint32_t> partner(3 * triangles.size(), kNone);
-  for_each_edge(triangles, static_cast<std::uint32_t>(vertex_count),
-                [&](std::span<const std::uint32_t> sides) {
-                  if (sides.size() != 2) return;
-                  partner[sides[0]] = sides[1];
-                  partner[sides[1]] = sides[0];
-                });
-  return partner;
-}
-
 std::vector<std::vector<std::uint32_t>> boundary_loops(std::span<const std::uint32_t> partner) {
   std::vector<char> seen(partner.size(), 0);
   std::vector<std::vector<std::uint32_t>> loops;

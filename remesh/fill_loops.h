@@ -8,10 +8,6 @@
 
 namespace nacre::remesh {
 
-/// Per side 3 f + k of an oriented manifold: the side across, or kNone.
-[[nodiscard]] std::vector<std::uint32_t> side_partners(std::span<const Triangle> triangles,
-                                                       std::size_t vertex_count);
-
 /// The sides along each boundary loop, each loop in the order in which its faces run.
 [[nodiscard]] std::vector<std::vector<std::uint32_t>> boundary_loops(
     std::span<const std::uint32_t> partner);

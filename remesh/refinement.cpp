@@ -38,12 +38,9 @@ double Refinement::facing(const Triangle& t) const {
 }
 
 bool Refinement::is_turned(const Triangle& t, std::uint32_t base_face) const {
-  std::array<DomainPoint, 3> p = {seen_from(t[0], base_face), seen_from(t[1], base_face),
-                                  seen_from(t[2], base_face)};
-  const auto chart = map_.atlas().common_chart(p);
-  if (!chart) return true;
-  const Atlas::Vec2 a = *chart->map(p[0]), b = *chart->map(p[1]) - a, c = *chart->map(p[2]) - a;
-  return b[0] * c[1] - b[1] * c[0] <= 0;
+  const auto area = map_.atlas().doubled_area(
+      {seen_from(t[0], base_face), seen_from(t[1], base_face), seen_from(t[2], base_face)});
+  return !area || *area <= 0;
 }
 
 DomainPoint Refinement::seen_from(std::uint32_t vertex, std::uint32_t base_face) const {

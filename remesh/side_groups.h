@@ -44,4 +44,17 @@ void for_each_edge(std::span<const Triangle> triangles, std::uint32_t vertex_cou
   }
 }
 
+/// Per side: the other one on its edge, or kNone where an edge has not two.
+[[nodiscard]] inline std::vector<std::uint32_t> side_partners(std::span<const Triangle> triangles,
+                                                              std::size_t vertex_count) {
+  std::vector<std::uint32_t> partner(3 * triangles.size(), kNone);
+  for_each_edge(triangles, static_cast<std::uint32_t>(vertex_count),
+                [&](std::span<const std::uint32_t> sides) {
+                  if (sides.size() != 2) return;
+                  partner[sides[0]] = sides[1];
+                  partner[sides[1]] = sides[0];
+                });
+  return partner;
+}
+
 }  // namespace nacre::remesh

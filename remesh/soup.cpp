@@ -126,23 +126,10 @@ Duplicates find_duplicates(const Soup& soup) {
   return found;
 }
 
-/// Side joined to each side by the input's numbering alone, or kNone.
-std::vector<std::uint32_t> partners_by_number(const std::vector<Triangle>& corners,
-                                              std::size_t vertex_count) {
-  std::vector<std::uint32_t> partner(3 * corners.size(), kNone);
-  for_each_edge(corners, static_cast<std::uint32_t>(vertex_count),
-                [&](std::span<const std::uint32_t> sides) {
-                  if (sides.size() != 2) return;
-                  partner[sides[0]] = sides[1];
-                  partner[sides[1]] = sides[0];
-                });
-  return partner;
-}
-
 /// Of the faces that `again` marks, those that may go: they reach a boundary through one another,
 /// or nothing else hangs on them. Dropping the others would tear holes.
 std::vector<char> without_tearing(const Soup& soup, const std::vector<char>& again) {
-  const auto partner = partners_by_number(soup.corners, soup.scan.positions.size());
+  const auto partner = side_partners(soup.corners, soup.scan.positions.size());
   std::vector<char> seen(again.size(), 0), drop(again.size(), 0);
   std::vector<std::uint32_t> patch;
   for (std::uint32_t seed = 0; seed < again.size(); ++seed) {

@@ -43,11 +43,8 @@ class Untangler {
  private:
   [[nodiscard]] bool is_turned(std::uint32_t face) const {
     const Triangle& t = scan_.triangles[face];
-    std::array<DomainPoint, 3> p = {point_[t[0]], point_[t[1]], point_[t[2]]};
-    const auto chart = atlas_.common_chart(p);
-    if (!chart) return true;
-    const Vec2 a = *chart->map(p[0]), b = *chart->map(p[1]), c = *chart->map(p[2]);
-    return (b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0] < 0;
+    const auto area = atlas_.doubled_area({point_[t[0]], point_[t[1]], point_[t[2]]});
+    return !area || *area < 0;
   }
 
   std::vector<std::uint32_t> attempt(const std::vector<std::uint32_t>& turned, int rings) {

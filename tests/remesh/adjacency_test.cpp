@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "map_checks.h"
-#include "support/random.h"
+#include "support/transforms.h"
 
 namespace nacre::remesh {
 namespace {
@@ -30,20 +30,6 @@ std::vector<Triangle> slow_neighbors(const std::vector<Triangle>& triangles) {
   return out;
 }
 
-Scan renumbered(const Scan& scan, std::uint64_t seed) {
-  TestRandom random(seed);
-  const auto id = random.permutation(scan.positions.size());
-  const auto order = random.permutation(scan.triangles.size());
-  Scan out = scan;
-  for (std::size_t v = 0; v < id.size(); ++v) out.positions[id[v]] = scan.positions[v];
-  for (std::size_t f = 0; f < order.size(); ++f) {
-    const Triangle& t = scan.triangles[f];
-    const std::uint32_t k = random.below(3);
-    out.triangles[order[f]] = {id[t[k]], id[t[(k + 1) % 3]], id[t[(k + 2) % 3]]};
-  }
-  return out;
-}
-
 std::vector<Scan> small_scans() {
   return {shapes::tetrahedron(), shapes::sphere(2),
           shapes::torus(7, 5),   shapes::grid(5, 4),
@@ -54,7 +40,7 @@ std::vector<Scan> small_scans() {
 
 TEST(SideNeighbors, AreThoseOfTheDefinition) {
   for (const Scan& plain : small_scans()) {
-    const Scan scan = renumbered(plain, 5);
+    const Scan scan = transforms::renumbered(plain, 5);
     EXPECT_EQ(side_neighbors(scan.triangles, static_cast<std::uint32_t>(scan.positions.size())),
               slow_neighbors(scan.triangles));
   }
@@ -78,7 +64,7 @@ TEST(SideNeighbors, LeaveCrowdedSidesAlone) {
 
 TEST(CollectStar, HasEveryFaceOfTheVertexInOrder) {
   for (const Scan& plain : small_scans()) {
-    const Scan scan = renumbered(plain, 9);
+    const Scan scan = transforms::renumbered(plain, 9);
     if (!testing::facts_of(scan).defect.empty()) continue;  // not orientable: no order to have
     const auto neighbors =
         side_neighbors(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()));

@@ -87,13 +87,6 @@ CleanScan cleaned(const Scan& scan, const Actions& actions, const Shape& shape) 
   return *out;
 }
 
-double volume(const Scan& scan) {
-  double six = 0;
-  for (const Triangle& t : scan.triangles)
-    six += scan.positions[t[0]].dot(scan.positions[t[1]].cross(scan.positions[t[2]]));
-  return six / 6;
-}
-
 TEST(Clean, LeavesAHealthyScanAlone) {
   Scan far = shapes::torus(9, 7);
   far.origin = {1e6, 2e6, -3};
@@ -165,7 +158,7 @@ TEST(Clean, DropsADuplicatedShell) {
                                   {{"welded vertices", {one.positions.size(), {}}},
                                    {"dropped duplicate faces", {faces, ids}}},
                                   {1, 1, 0, 0});
-    EXPECT_NEAR(volume(out.scan), volume(one), 1e-12);
+    EXPECT_NEAR(shapes::volume(out.scan), shapes::volume(one), 1e-12);
   }
 }
 
@@ -183,7 +176,7 @@ TEST(Clean, SplitsABowTie) {
   }
   const CleanScan out = cleaned(scan, {{"split non-manifold vertices", {1, {0}}}}, {2, 2, 0, 0});
   EXPECT_EQ(out.scan.positions.size(), 8u);
-  EXPECT_NEAR(volume(out.scan), 2 * volume(other), 1e-12);
+  EXPECT_NEAR(shapes::volume(out.scan), 2 * shapes::volume(other), 1e-12);
   // Two open triangles that meet in a point.
   const Scan open = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}},
                      {{0, 1, 2}, {0, 3, 4}}};
@@ -266,7 +259,7 @@ TEST(Clean, TwoSolidsThatShareAnEdgeStayTwo) {
                                  {"split non-manifold vertices", {2, {0, 2}}}},
                                 {2, 2, 0, 0});
   EXPECT_EQ(out.scan.triangles.size(), 16u);
-  EXPECT_NEAR(volume(out.scan), 2 * volume(one), 1e-12);
+  EXPECT_NEAR(shapes::volume(out.scan), 2 * shapes::volume(one), 1e-12);
 }
 
 TEST(Clean, CutsAMoebiusStripOnce) {
@@ -284,9 +277,9 @@ TEST(Clean, CutsAMoebiusStripOnce) {
 TEST(Clean, TurnsAnInsideOutSphere) {
   Scan scan = shapes::sphere(2);
   for (Triangle& t : scan.triangles) std::swap(t[0], t[2]);
-  EXPECT_LT(volume(scan), 0);
+  EXPECT_LT(shapes::volume(scan), 0);
   const CleanScan out = cleaned(scan, {{"turned pieces inside out", {1, {0}}}}, {1, 1, 0, 0});
-  EXPECT_NEAR(volume(out.scan), -volume(scan), 1e-12);
+  EXPECT_NEAR(shapes::volume(out.scan), -shapes::volume(scan), 1e-12);
 }
 
 TEST(Clean, TurnsEachPieceByItself) {
@@ -296,7 +289,7 @@ TEST(Clean, TurnsEachPieceByItself) {
   Scan scan = shapes::joined(one, inverted);
   scan = shapes::joined(scan, shapes::moved(one, {10, 0, 0}));
   const CleanScan out = cleaned(scan, {{"turned pieces inside out", {1, {32}}}}, {3, 3, 0, 0});
-  EXPECT_NEAR(volume(out.scan), 3 * volume(one), 1e-12);
+  EXPECT_NEAR(shapes::volume(out.scan), 3 * shapes::volume(one), 1e-12);
 }
 
 Scan turned_over(Scan scan) {
@@ -312,7 +305,8 @@ Scan scaled(Scan scan, double by) {
 TEST(Clean, AShellInAShellKeepsItsSideAgainstIt) {
   const Scan ball = shapes::sphere(2), core = scaled(shapes::sphere(1), 0.5),
              seed = scaled(shapes::octahedron(), 0.1);
-  const double outer = volume(ball), inner = volume(core), innermost = volume(seed);
+  const double outer = shapes::volume(ball), inner = shapes::volume(core),
+               innermost = shapes::volume(seed);
   const auto all = [](const Scan& a, const Scan& b, const Scan& c) {
     return shapes::joined(a, shapes::joined(b, c));
   };
@@ -344,7 +338,7 @@ TEST(Clean, AShellInAShellKeepsItsSideAgainstIt) {
       turned += action.count;
     }
     EXPECT_EQ(turned, cases[i].turned) << i;
-    EXPECT_NEAR(volume(out->scan), cases[i].volume, 1e-12) << i;
+    EXPECT_NEAR(shapes::volume(out->scan), cases[i].volume, 1e-12) << i;
   }
 }
 
@@ -354,7 +348,7 @@ TEST(Clean, SolidsWithAWallInCommonStayClosed) {
   const Scan both = shapes::joined(one, two);
   const CleanScan out = cleaned(both, {}, {2, 2, 0, 0});
   EXPECT_EQ(out.scan.triangles.size(), both.triangles.size());
-  EXPECT_NEAR(volume(out.scan), 2 * volume(one), 1e-12);
+  EXPECT_NEAR(shapes::volume(out.scan), 2 * shapes::volume(one), 1e-12);
 }
 
 TEST(Clean, AnInnerWallDoesNotOpenTheHull) {
@@ -379,7 +373,7 @@ TEST(Clean, AnInnerWallDoesNotOpenTheHull) {
                                  {"split non-manifold vertices", {rim, {}}},
                                  {"reoriented faces", {kAny, {}}}},
                                 {2, 1, 1, 0});
-  EXPECT_NEAR(volume(out.scan), volume(ball), 1e-9);
+  EXPECT_NEAR(shapes::volume(out.scan), shapes::volume(ball), 1e-9);
 }
 
 TEST(Clean, PairsOnOneEdgeAreToldApartByAMiddleVertex) {

@@ -138,14 +138,8 @@ std::size_t turned(const Scan& scan, const Parameterisation& map) {
   const Atlas atlas(map.base);
   std::size_t count = 0;
   for (const Triangle& t : scan.triangles) {
-    std::array<DomainPoint, 3> p = {map.point[t[0]], map.point[t[1]], map.point[t[2]]};
-    const auto chart = atlas.common_chart(p);
-    if (!chart) {
-      ++count;
-      continue;
-    }
-    const Atlas::Vec2 a = *chart->map(p[0]), b = *chart->map(p[1]) - a, c = *chart->map(p[2]) - a;
-    count += b[0] * c[1] - b[1] * c[0] < 0;
+    const auto area = atlas.doubled_area({map.point[t[0]], map.point[t[1]], map.point[t[2]]});
+    count += !area || *area < 0;
   }
   return count;
 }

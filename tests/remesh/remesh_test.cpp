@@ -7,6 +7,7 @@
 
 #include "remesh_checks.h"
 #include "support/random.h"
+#include "support/transforms.h"
 #include "wavelet/wavelet.h"
 
 namespace nacre::remesh {
@@ -129,31 +130,10 @@ TEST(Remesh, CanBeCancelledAtAnyTime) {
   }
 }
 
-Scan rotated(Scan scan) {
-  const Eigen::Matrix3d turn =
-      Eigen::AngleAxisd(1.1, Vec3(1, -2, 0.5).normalized()).toRotationMatrix();
-  for (Vec3& p : scan.positions) p = turn * p;
-  return scan;
-}
-
-Scan renumbered(const Scan& scan) {
-  TestRandom random(77);
-  const auto id = random.permutation(scan.positions.size());
-  const auto order = random.permutation(scan.triangles.size());
-  Scan out = scan;
-  for (std::size_t v = 0; v < id.size(); ++v) out.positions[id[v]] = scan.positions[v];
-  for (std::size_t f = 0; f < order.size(); ++f) {
-    const Triangle& t = scan.triangles[f];
-    const std::uint32_t k = random.below(3);
-    out.triangles[order[f]] = {id[t[k]], id[t[(k + 1) % 3]], id[t[(k + 2) % 3]]};
-  }
-  return out;
-}
-
 TEST(Remesh, ChangesOnlyByNoiseUnderMotionsScaleAndNumbering) {
   const Scan scan = three_pieces();
   const double error = final_error(scan, plain_remesh());
-  Scan other = renumbered(rotated(scan));
+  Scan other = transforms::renumbered(transforms::rotated(scan, 3), 77);
   TestRandom random(1);
   for (Triangle& t : other.triangles)
     if (random.below(2) == 0) std::swap(t[0], t[1]);

@@ -38,13 +38,6 @@ CleanScan repaired(const Scan& scan, RepairPolicy policy = kAggressive) {
   return *out;
 }
 
-double volume(const Scan& scan) {
-  double six = 0;
-  for (const Triangle& t : scan.triangles)
-    six += scan.positions[t[0]].dot(scan.positions[t[1]].cross(scan.positions[t[2]]));
-  return six / 6;
-}
-
 /// Without the triangles of which `vertices` are corners.
 Scan without_stars(const Scan& scan, const std::set<std::uint32_t>& vertices) {
   return shapes::only(scan, [&](std::size_t f) {
@@ -68,7 +61,7 @@ TEST(AggressiveRepair, FillsPinHoles) {
     EXPECT_EQ(count_of(out.report, "filled pin holes"), holes);
     EXPECT_EQ(out.report.actions.size(), 1u);
     EXPECT_EQ(out.report.boundary_loops, 0u);
-    EXPECT_NEAR(volume(out.scan), volume(ball), 0.002 * volume(ball));
+    EXPECT_NEAR(shapes::volume(out.scan), shapes::volume(ball), 0.002 * shapes::volume(ball));
     EXPECT_GT(find(out.report, "filled pin holes")->extent, 0);
     EXPECT_LT(find(out.report, "filled pin holes")->extent, 0.3);
     for (const std::size_t id : find(out.report, "filled pin holes")->first_ids)
@@ -204,7 +197,7 @@ TEST(AggressiveRepair, CutsTinyHandlesAndNoOthers) {
       EXPECT_EQ(out.report.genus, before.genus);
       EXPECT_EQ(out.report.pieces, 1u);
       EXPECT_EQ(out.report.boundary_loops, before.boundary_loops);
-      EXPECT_NEAR(volume(out.scan), volume(body), 0.001 * volume(body));
+      EXPECT_NEAR(shapes::volume(out.scan), shapes::volume(body), 0.001 * shapes::volume(body));
       EXPECT_TRUE(repaired(out.scan).report.actions.empty());
     }
   }

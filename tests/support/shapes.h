@@ -113,6 +113,14 @@ inline Scan joined(const Scan& a, const Scan& b) {
   return scan;
 }
 
+/// Enclosed by a closed scan that is oriented outward.
+inline double volume(const Scan& scan) {
+  double six = 0;
+  for (const Triangle& t : scan.triangles)
+    six += scan.positions[t[0]].dot(scan.positions[t[1]].cross(scan.positions[t[2]]));
+  return six / 6;
+}
+
 inline Scan moved(Scan scan, const Vec3& by) {
   for (Vec3& p : scan.positions) p += by;
   return scan;
