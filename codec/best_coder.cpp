@@ -13,6 +13,12 @@ namespace {
 
 using entropy::DetailPoint;
 
+/// Whether a detail of the mesh itself is more than rounding away from its normal.
+bool is_vector(const Vec3& detail) {
+  constexpr double kRounding = 1e-6;
+  return std::max(std::abs(detail[1]), std::abs(detail[2])) > kRounding * norm(detail);
+}
+
 constexpr double kCostUnit = 1.0 / 4096;  // of DetailEncoder's costs, in bits
 
 /// A detail's normal may be this far from the surface's for its length to be taken from where it
@@ -216,6 +222,8 @@ Result<CodedGeometry> code_best(const Prepared& prepared, const BestSettings& se
         const Frame& f = prediction.frames[i];
         details[i] = to_frame(f, vector);
         if (!settings.targets || topology.level(j).edges[i].is_boundary()) return;
+        // Without its tangential part, all that hangs on such a vertex would drift.
+        if (is_vector(prepared.pyramid.bands[band][i])) return;
         const Vec3& n = settings.weights->normals[v];
         const double slope = dot(n, f.normal);
         if (slope < kLeastSlope) return;

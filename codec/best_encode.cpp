@@ -68,6 +68,12 @@ class BestEncoder {
     return static_cast<double>(trial.bytes.size()) >=
            static_cast<double>(options_.target_bytes) * (1 - unused_share);
   }
+  /// The file whose Δ is the step that is asked for.
+  Result<Trial> at_step();
+  /// The best file of at most the target.
+  Result<Trial> within_target();
+  /// What levels should aim at, now that the steps are about known.
+  void aim(double position);
   /// The best file of at most the target, from one that is, near `guess` if given.
   Result<Trial> search(Trial smallest, double unused_share,
                        std::optional<double> guess = std::nullopt) const;
@@ -79,6 +85,7 @@ class BestEncoder {
   const EncodeOptions& options_;
   const RunContext& context_;
   const Prepared& prepared_;
+  const Effort& effort_;
   std::optional<SurfaceWeights> weights_;  ///< of transforms whose frames the encoder can follow
   std::optional<Targets> targets_;         ///< none: the mesh as it is, vertex by vertex
   std::vector<double> gains_;              ///< of the base, then the bands
@@ -88,7 +95,11 @@ class BestEncoder {
 
 BestEncoder::BestEncoder(const SemiRegularMesh& mesh, const EncodeOptions& options,
                          const RunContext& context, const Prepared& prepared)
-    : mesh_(mesh), options_(options), context_(context), prepared_(prepared) {
+    : mesh_(mesh),
+      options_(options),
+      context_(context),
+      prepared_(prepared),
+      effort_(options.effort == codec::Effort::kFast ? kFastEffort : kNormalEffort) {
   if (prepared.transform == wavelet::Transform::kButterfly) {
     weights_ = surface_weights(prepared);
   }
@@ -212,32 +223,47 @@ Result<BestEncoder::Trial> BestEncoder::spend(Trial best, double unused_share) c
   return best;
 }
 
-Result<Encoded> BestEncoder::run() {
-  const Effort& effort = options_.effort == codec::Effort::kFast ? kFastEffort : kNormalEffort;
+void BestEncoder::aim(double position) {
+  const auto gains = wavelet::regular_gains(prepared_.topology.level_count(), prepared_.transform);
+  targets_ = sparse_targets(prepared_, *weights_, std::exp2(position / kStepsPerOctave),
+                            gains.energy, effort_.shrinking_rounds);
+}
+
+Result<BestEncoder::Trial> BestEncoder::at_step() {
+  const double position = std::clamp(kStepsPerOctave * std::log2(options_.step), finest_,
+                                     std::max(finest_, coarsest_ + kStepsPerOctave));
+  auto trial = make_trial(position);
+  if (!trial || !weights_ || position <= finest_) return trial;
+  if (context_.cancelled()) return encoding_cancelled();
+  context_.report("choosing targets", 0.3);
+  aim(position);
+  auto again = make_trial(position);
+  if (again && again->coded.surface_error < kDriftAllowance * trial->coded.surface_error)
+    return again;
+  return trial;
+}
+
+Result<BestEncoder::Trial> BestEncoder::within_target() {
   auto smallest = make_trial(coarsest_ + kStepsPerOctave);
   if (!smallest) return smallest.error();
   if (!fits(*smallest)) return base_too_large(smallest->bytes.size(), options_.target_bytes);
-  auto trial = search(*smallest, weights_ ? effort.first_unused_share : effort.unused_share);
+  auto trial = search(*smallest, weights_ ? effort_.first_unused_share : effort_.unused_share);
+  if (!trial || !weights_ || trial->position <= finest_) return trial;
+  aim(trial->position);
+  if (context_.cancelled()) return encoding_cancelled();
+  smallest = make_trial(coarsest_ + kStepsPerOctave);
+  if (!smallest) return smallest.error();
+  auto again = search(std::move(*smallest), effort_.unused_share, trial->position);
+  if (!again) return again.error();
+  if (again->coded.surface_error < kDriftAllowance * trial->coded.surface_error) return again;
+  targets_.reset();
+  const double guess = trial->position;
+  return search(std::move(*trial), effort_.unused_share, guess);
+}
+
+Result<Encoded> BestEncoder::run() {
+  auto trial = options_.step > 0 ? at_step() : within_target();
   if (!trial) return trial.error();
-  if (weights_ && trial->position > finest_) {
-    // Now that the steps are known, levels can aim at what is best with such steps.
-    const auto gains =
-        wavelet::regular_gains(prepared_.topology.level_count(), prepared_.transform);
-    targets_ = sparse_targets(prepared_, *weights_, std::exp2(trial->position / kStepsPerOctave),
-                              gains.energy, effort.shrinking_rounds);
-    if (context_.cancelled()) return encoding_cancelled();
-    smallest = make_trial(coarsest_ + kStepsPerOctave);
-    if (!smallest) return smallest.error();
-    auto again = search(std::move(*smallest), effort.unused_share, trial->position);
-    if (!again) return again.error();
-    if (again->coded.surface_error < kDriftAllowance * trial->coded.surface_error) {
-      trial = std::move(again);
-    } else {
-      targets_.reset();
-      trial = search(std::move(*trial), effort.unused_share, trial->position);
-      if (!trial) return trial.error();
-    }
-  }
   EncodeReport report = describe(prepared_, trial->coded, trial->bytes.size());
   report.lambda = -kLambda * std::exp2(2 * trial->position / kStepsPerOctave);
   report.predicted_distortion = trial->coded.error;

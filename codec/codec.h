@@ -24,8 +24,12 @@ enum class Effort : std::uint8_t {
 struct EncodeOptions {
   Profile profile = Profile::kPaper;
   wavelet::Transform transform = wavelet::Transform::kButterfly;
-  /// The whole file's size, never exceeded. Required.
+  /// The whole file's size, never exceeded. This or `step` is required.
   std::size_t target_bytes = 0;
+  /// The quality instead of the size: what an error on the finest mesh is quantised with, model
+  /// units. Profile best only. Steps beyond what the mesh can make use of count as the last that
+  /// does.
+  double step = 0;
   double theta_degrees = 1.0;
   /// Bits per base coordinate, 6 .. 20; 0: chosen with the rate.
   int base_bits = 0;

@@ -28,7 +28,10 @@ Result<void> check(const SemiRegularMesh& mesh, const EncodeOptions& options) {
   const auto bad = [](const std::string& what, std::size_t where = 0) {
     return Error{ErrorCode::kBadInput, what, where};
   };
-  if (options.target_bytes == 0) return bad("no target size is given");
+  if ((options.target_bytes == 0) == !(options.step > 0))
+    return bad("a target size or a step is needed, and not both");
+  if (options.step != 0 && (options.profile != Profile::kBest || !std::isfinite(options.step)))
+    return bad("a step can be given to profile best only");
   if (options.base_bits != 0 &&
       (options.base_bits < kMinBaseBits || options.base_bits > kMaxBaseBits))
     return bad("base bits must lie in 6 .. 20");

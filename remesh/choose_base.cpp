@@ -194,7 +194,7 @@ void repair(const Scan& scan, const LineTree& tree, const LevelPredictor& predic
   }
 }
 
-Result<Trial> best_trial(const Scan& scan, const LineTree& tree, int base_vertices, int levels,
+Result<Trial> best_trial(const Scan& scan, const LineTree& tree, const BaseSize& size, int levels,
                          const LevelPredictor& predict, const RunContext& context) {
   std::vector<Trial> trials(kSettings.size());
   // Progress is told by one of them: they run side by side.
@@ -205,7 +205,9 @@ Result<Trial> best_trial(const Scan& scan, const LineTree& tree, int base_vertic
       [&](std::size_t i) {
         TrialOptions options;
         options.levels = levels;
-        options.simplify.base_vertices = base_vertices;
+        options.simplify.base_vertices = size.vertices;
+        options.simplify.least_vertices = size.least;
+        options.simplify.most_vertices = size.most;
         options.simplify.shape_weight = kSettings[i].shape_weight;
         options.simplify.normal_agreement = kSettings[i].normal_agreement;
         trials[i] = attempt(scan, tree, options, {}, predict, i == 0 ? context : quiet);
@@ -227,16 +229,17 @@ Result<Trial> best_trial(const Scan& scan, const LineTree& tree, int base_vertic
 }
 
 Result<Parameterisation> choose_on_proxy(const Scan& scan, const LineTree& tree,
-                                         std::size_t proxy_vertices, int base_vertices, int levels,
-                                         const LevelPredictor& predict, const RunContext& context) {
+                                         std::size_t proxy_vertices, const BaseSize& size,
+                                         int levels, const LevelPredictor& predict,
+                                         const RunContext& context) {
   if (scan.positions.size() <= proxy_vertices * 5 / 4) {
-    auto best = best_trial(scan, tree, base_vertices, levels, predict, context);
+    auto best = best_trial(scan, tree, size, levels, predict, context);
     return best ? Result<Parameterisation>(std::move(best->map)) : best.error();
   }
   const auto proxy = make_proxy(scan, proxy_vertices, context);
   if (!proxy) return proxy.error();
   const LineTree proxy_tree(proxy->scan);
-  const auto best = best_trial(proxy->scan, proxy_tree, base_vertices, levels, predict, context);
+  const auto best = best_trial(proxy->scan, proxy_tree, size, levels, predict, context);
   if (!best) return best.error();
   Parameterisation map = through(*proxy, best->map);
   RelaxOptions relax_options;
@@ -247,16 +250,17 @@ Result<Parameterisation> choose_on_proxy(const Scan& scan, const LineTree& tree,
 
 }  // namespace
 
-Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, int base_vertices,
+Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, const BaseSize& size,
                                      int levels, const LevelPredictor& predict,
                                      const RunContext& context) {
   const std::size_t proxy_vertices =
-      std::max(kProxyVertices, kProxyPerBase * static_cast<std::size_t>(base_vertices));
-  auto map = choose_on_proxy(scan, tree, proxy_vertices, base_vertices, levels, predict, context);
+      std::max(kProxyVertices,
+               kProxyPerBase * static_cast<std::size_t>(std::max(size.vertices, size.least)));
+  auto map = choose_on_proxy(scan, tree, proxy_vertices, size, levels, predict, context);
   if (!map || kLeastPerBase * map->base.scan_vertex.size() <= proxy_vertices) return map;
   // Many pieces or handles ask for more base vertices than the proxy can tell apart.
-  return choose_on_proxy(scan, tree, kProxyPerBase * map->base.scan_vertex.size(), base_vertices,
-                         levels, predict, context);
+  return choose_on_proxy(scan, tree, kProxyPerBase * map->base.scan_vertex.size(), size, levels,
+                         predict, context);
 }
 
 }  // namespace nacre::remesh

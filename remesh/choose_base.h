@@ -8,14 +8,20 @@
 
 namespace nacre::remesh {
 
+/// How many vertices a base mesh shall have: `vertices`, or where that is 0 as many as
+/// SimplifyOptions::rms_error asks for, from `least` to `most` (0: no bound).
+struct BaseSize {
+  int vertices = 0, least = 0, most = 0;
+};
+
 /// Simplifies with several settings, relaxes and pierces each to a low level, and returns the map
 /// whose normal mesh is closest to the scan, both ways, for its number of base vertices. No setting
 /// is best everywhere, and one bad base edge costs more than all the settings together.
 ///
-/// base_vertices 0: as many as SimplifyOptions::rms_error asks for. `levels` is what the mesh will
-/// have, 0 when that follows from the base: trials go no further. Errors   kCancelled.
+/// `levels` is what the mesh will have, 0 when that follows from the base: trials go no further.
+/// Errors   kCancelled.
 [[nodiscard]] Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree,
-                                                   int base_vertices, int levels,
+                                                   const BaseSize& size, int levels,
                                                    const LevelPredictor& predict,
                                                    const RunContext& context = {});
 

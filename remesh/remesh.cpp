@@ -41,10 +41,15 @@ constexpr double kLeastTriangles = 20'000;
 /// Nor has the finest mesh fewer than this: creases come out a level later than curved parts.
 constexpr std::size_t kLeastFineTriangles = 160'000;
 
+/// Nor is it asked for more than this many for each triangle of the scan.
+constexpr std::size_t kMostPerScanTriangle = 16;
+
 /// Enough splits for the semi-regular mesh to have about four triangles for each one of the scan:
 /// from there on the remeshing error is below what any rate of interest leaves.
-int default_levels(std::size_t scan_triangles, std::size_t base_triangles) {
-  const std::size_t least = std::max(scan_triangles * 5 / 2, kLeastFineTriangles);
+int default_levels(std::size_t scan_triangles, std::size_t base_triangles, std::size_t asked) {
+  const std::size_t usual = std::max(scan_triangles * 5 / 2, kLeastFineTriangles);
+  const std::size_t most = std::max(scan_triangles * kMostPerScanTriangle, usual);
+  const std::size_t least = std::clamp(asked, usual, most);
   int levels = 1;
   while (levels < 10 && (base_triangles << (2 * levels)) < least) ++levels;
   return levels;
@@ -115,7 +120,8 @@ Result<void> check(const MappedScan& mapped) {
     return Error{ErrorCode::kBadInput, what, where};
   };
   if (!mapped.scan || mapped.map.base.triangles.empty()) return bad("the map is empty", 0);
-  if (mapped.levels < 1 || mapped.levels > 12) return bad("levels must be 1 .. 12", 0);
+  if (mapped.levels < (mapped.is_kept ? 0 : 1) || mapped.levels > 12)
+    return bad("levels must be 1 .. 12", 0);
   const BaseMesh& base = mapped.map.base;
   const std::size_t vertices = mapped.scan->positions.size();
   if (mapped.map.point.size() != vertices) return bad("the map needs a point per vertex", 0);
@@ -132,47 +138,67 @@ Result<void> check(const MappedScan& mapped) {
   return {};
 }
 
+/// The scan mapped onto itself.
+MappedScan keep(CleanScan cleaned, int levels, const char* why) {
+  MappedScan out;
+  auto scan = std::make_shared<Scan>(std::move(cleaned.scan));
+  out.levels = levels;
+  out.is_kept = true;
+  out.map = identity(*scan);
+  for (PieceReport& piece : cleaned.pieces) piece.fallback = why;
+  count_base_triangles(*scan, cleaned.piece, out.map.base, cleaned.pieces);
+  out.pieces = std::move(cleaned.pieces);
+  out.scan = std::move(scan);
+  return out;
+}
+
+Result<MappedScan> simplify_and_map(CleanScan cleaned, const Options& options,
+                                    const RunContext& context) {
+  const std::size_t scan_triangles = cleaned.scan.triangles.size();
+  const double side = side_for_count(cleaned.scan, kLeastTriangles);
+  if (side == 0) return Error{ErrorCode::kGeometryRefused, "no triangle has an area", 0};
+  split_long_edges(cleaned, side, 4 * static_cast<std::size_t>(kLeastTriangles) + scan_triangles);
+  split_chords(cleaned);
+  MappedScan out;
+  const auto scan = std::make_shared<Scan>(std::move(cleaned.scan));
+  out.tree = std::make_shared<const LineTree>(*scan);
+  const BaseSize size = {options.base_vertices, options.least_base_vertices,
+                         options.most_base_vertices};
+  auto map = choose_base(*scan, *out.tree, size, options.levels, options.predict, context);
+  if (!map) return map.error();
+  out.map = std::move(*map);
+  out.levels = options.levels > 0 ? options.levels
+                                  : default_levels(scan_triangles, out.map.base.triangles.size(),
+                                                   options.least_triangles);
+  count_base_triangles(*scan, cleaned.piece, out.map.base, cleaned.pieces);
+  out.pieces = std::move(cleaned.pieces);
+  out.scan = scan;
+  return out;
+}
+
 }  // namespace
 
 Result<MappedScan> map_onto_base(CleanScan cleaned, const Options& options,
                                  const RunContext& context) {
   if (const auto ok = check(options); !ok) return ok.error();
-  const std::size_t scan_triangles = cleaned.scan.triangles.size();
+  const auto told = [&](MappedScan mapped) {
+    if (options.observer.base) options.observer.base(*mapped.scan, mapped.map);
+    return mapped;
+  };
+  if (options.keep_triangles)
+    return told(keep(std::move(cleaned), options.levels, "its own triangles are the base"));
   CleanScan whole;
-  if (scan_triangles < static_cast<std::size_t>(kLeastTriangles)) whole = cleaned;
-  const double side = side_for_count(cleaned.scan, kLeastTriangles);
-  if (side == 0) return Error{ErrorCode::kGeometryRefused, "no triangle has an area", 0};
-  split_long_edges(cleaned, side, 4 * static_cast<std::size_t>(kLeastTriangles) + scan_triangles);
-  split_chords(cleaned);
-
-  MappedScan out;
-  auto scan = std::make_shared<Scan>(std::move(cleaned.scan));
-  const auto tree = std::make_shared<const LineTree>(*scan);
-  auto map =
-      choose_base(*scan, *tree, options.base_vertices, options.levels, options.predict, context);
-  if (!map) return map.error();
-  out.levels = options.levels > 0 ? options.levels
-                                  : default_levels(scan_triangles, map->base.triangles.size());
-  out.is_kept = options.base_vertices == 0 && !whole.scan.triangles.empty() &&
-                static_cast<double>(map->base.scan_vertex.size()) >
-                    kLeastGain * static_cast<double>(whole.scan.positions.size());
-  if (out.is_kept) {
-    cleaned = std::move(whole);
-    scan = std::make_shared<Scan>(std::move(cleaned.scan));
-    out.levels = std::max(options.levels, 1);
-    out.map = identity(*scan);
-    for (PieceReport& piece : cleaned.pieces)
-      piece.fallback =
-          "its own triangles are the base: the scan cannot be simplified to half of its vertices";
-  } else {
-    out.map = std::move(*map);
-    out.tree = tree;
+  if (cleaned.scan.triangles.size() < static_cast<std::size_t>(kLeastTriangles)) whole = cleaned;
+  auto mapped = simplify_and_map(std::move(cleaned), options, context);
+  if (!mapped) return mapped.error();
+  const auto scan_vertices = static_cast<double>(whole.scan.positions.size());
+  if (options.base_vertices == 0 && scan_vertices > 0 &&
+      static_cast<double>(mapped->map.base.scan_vertex.size()) > kLeastGain * scan_vertices) {
+    return told(keep(
+        std::move(whole), std::max(options.levels, 1),
+        "its own triangles are the base: the scan cannot be simplified to half of its vertices"));
   }
-  count_base_triangles(*scan, cleaned.piece, out.map.base, cleaned.pieces);
-  out.pieces = std::move(cleaned.pieces);
-  out.scan = std::move(scan);
-  if (options.observer.base) options.observer.base(*out.scan, out.map);
-  return out;
+  return told(std::move(*mapped));
 }
 
 Result<Remesh> pierce_map(const MappedScan& mapped, const Options& options,

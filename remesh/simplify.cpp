@@ -78,11 +78,17 @@ class Simplifier {
   }
 
   Result<Parameterisation> run(const RunContext& context) {
-    const auto target = static_cast<std::size_t>(std::max(options_.base_vertices, 1));
-    const double most_error = options_.base_vertices > 0 ? kInfinity : error_limit();
+    const bool is_count_given = options_.base_vertices > 0;
+    const auto target = static_cast<std::size_t>(
+        std::max(is_count_given ? options_.base_vertices : options_.least_vertices, 1));
+    const double most_error = is_count_given ? kInfinity : error_limit();
+    const std::size_t most =
+        options_.most_vertices > 0
+            ? std::max(static_cast<std::size_t>(options_.most_vertices), target)
+            : std::numeric_limits<std::size_t>::max();
     const std::size_t start = alive_;
     if (alive_ > target) fill_queue();
-    while (alive_ > target && total_error_ < most_error && !queue_.empty()) {
+    while (alive_ > target && (total_error_ < most_error || alive_ > most) && !queue_.empty()) {
       const Entry top = queue_.top();
       queue_.pop();
       if (top.stamp != stamp_[top.vertex]) continue;

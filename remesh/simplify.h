@@ -12,7 +12,9 @@ struct SimplifyOptions {
   /// Stop at this many vertices (topology may keep more). 0: where the root mean square distance of
   /// the scan's planes, as the quadrics know it, passes `rms_error`.
   int base_vertices = 0;
-  double rms_error = 0.005;   ///< share of the bounding box diagonal
+  double rms_error = 0.005;  ///< share of the bounding box diagonal
+  /// Where rms_error decides: no fewer and no more vertices than this (0: as many as it likes).
+  int least_vertices = 0, most_vertices = 0;
   double shape_weight = 0.3;  ///< weight of large and long triangles against the quadric error
   double normal_agreement =
       0.4;             ///< least cosine between a face and the scan normals it stands for
