@@ -28,33 +28,27 @@ wavelet::SparseBand reconstruct(const entropy::DetailBand& band, double step) {
   return sparse;
 }
 
-Result<std::vector<wavelet::SparseBand>> decode_best_bands(std::span<const std::uint8_t> bytes,
-                                                           const StreamLayout& layout,
-                                                           const Topology& topology, int levels) {
-  entropy::DetailModel model;
-  std::vector<wavelet::SparseBand> bands(static_cast<std::size_t>(levels));
-  const BandEntry* coarser = nullptr;
-  for (std::size_t j = 0; j < bands.size() && j < layout.header.bands.size(); ++j) {
-    const BandEntry& entry = layout.header.bands[j];
-    const SectionRange& section = layout.sections[2 + j];
-    const auto payload = read_section(bytes, section);
-    if (!payload) return payload.error();
-    const bool is_coded = entry.payload_bytes > 0;
-    const auto level = static_cast<int>(j);
-    const entropy::BandPlace place{
-        &topology.level(level), level > 0 ? &topology.level(level - 1) : nullptr, level,
-        coarser != nullptr && is_coded ? coarser->step_index - entry.step_index : 0};
-    const auto band = entropy::decode_details(*payload, place, model);
-    if (!band) {
-      return Error{ErrorCode::kCorruptStream,
-                   "a band does not decode: " + band.error().message + " (byte " +
-                       std::to_string(section.offset) + ")",
-                   section.offset};
-    }
-    coarser = is_coded ? &entry : nullptr;
-    if (is_coded) bands[j] = reconstruct(*band, step_size(entry.step_index));
+Result<wavelet::SparseBand> decode_best_band(std::span<const std::uint8_t> payload,
+                                             const StreamLayout& layout, const Topology& topology,
+                                             int band, entropy::DetailModel& model) {
+  const auto j = static_cast<std::size_t>(band);
+  const std::vector<BandEntry>& entries = layout.header.bands;
+  if (j >= entries.size()) return wavelet::SparseBand();
+  const bool is_coded = entries[j].payload_bytes > 0;
+  const bool coarser_is_coded = j > 0 && entries[j - 1].payload_bytes > 0;
+  const entropy::BandPlace place{
+      &topology.level(band), band > 0 ? &topology.level(band - 1) : nullptr, band,
+      coarser_is_coded && is_coded ? entries[j - 1].step_index - entries[j].step_index : 0};
+  const auto details = entropy::decode_details(payload, place, model);
+  if (!details) {
+    const std::size_t offset = layout.sections[2 + j].offset;
+    return Error{ErrorCode::kCorruptStream,
+                 "a band does not decode: " + details.error().message + " (byte " +
+                     std::to_string(offset) + ")",
+                 offset};
   }
-  return bands;
+  if (!is_coded) return wavelet::SparseBand();
+  return reconstruct(*details, step_size(entries[j].step_index));
 }
 
 }  // namespace nacre::codec

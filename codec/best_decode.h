@@ -13,12 +13,14 @@
 
 namespace nacre::codec {
 
-/// The details of the first `levels` bands of a stream of profile best; section 16 of the document.
+/// The details of a band of profile best from its payload; section 16 of the document. Bands are
+/// decoded in order with the same `model`.
 ///
 /// Errors   kCorruptStream; `where` is the section's offset.
-[[nodiscard]] Result<std::vector<wavelet::SparseBand>> decode_best_bands(
-    std::span<const std::uint8_t> bytes, const StreamLayout& layout, const Topology& topology,
-    int levels);
+[[nodiscard]] Result<wavelet::SparseBand> decode_best_band(std::span<const std::uint8_t> payload,
+                                                           const StreamLayout& layout,
+                                                           const Topology& topology, int band,
+                                                           entropy::DetailModel& model);
 
 /// Quantised details as the decoder reconstructs them.
 [[nodiscard]] wavelet::SparseBand reconstruct(const entropy::DetailBand& band, double step);

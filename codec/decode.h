@@ -46,6 +46,18 @@ struct DecodeOptions {
   BandsDecoder comparators = nullptr;
 };
 
+/// What a stream may say of how good its prefixes are: measured against the scan by who made it.
+struct LevelTable {
+  struct Cut {
+    double psnr_db = 0;  ///< in steps of 0.05 dB, rounded down; 0 .. 204.75
+    /// No point of either surface is farther from the other; model units, rounded up by less than
+    /// 0.8 %. Infinite: not known.
+    double max_error = 0;
+  };
+  double bbox_diagonal = 0;  ///< of the scan, model units, as binary32
+  std::vector<Cut> cuts;     ///< of levels 0 .. J
+};
+
 /// What a stream says of itself, from its header and section lengths alone.
 struct StreamInfo {
   struct Level {
@@ -65,12 +77,25 @@ struct StreamInfo {
   Vec3 origin = Vec3::Zero();
   std::vector<Level> levels;
   std::vector<Section> sections;
-  std::size_t bytes_present = 0, bytes_whole = 0;
+  std::size_t bytes_header = 0, bytes_present = 0, bytes_whole = 0;
+  std::optional<LevelTable> level_table;
+  /// No point of the scan or of the whole decoded surface is farther from the other; model units.
+  std::optional<double> certified_error;
 };
+
+/// No header is longer: what suffices to inspect() a file's beginning.
+inline constexpr std::size_t kMaxHeaderBytes = 512;
 
 /// Errors   kCorruptStream, kUnsupportedVersion, kLimitExceeded; `where` is the byte offset.
 [[nodiscard]] Result<StreamInfo> inspect(std::span<const std::uint8_t> bytes,
                                          const DecodeOptions& options = {});
+
+/// The same from a file's first kMaxHeaderBytes (all of a shorter file) and its size, whether or
+/// not the file is whole; nothing is compared with any limit.
+///
+/// Errors   kCorruptStream, kUnsupportedVersion.
+[[nodiscard]] Result<StreamInfo> inspect_header(std::span<const std::uint8_t> beginning,
+                                                std::size_t file_bytes);
 
 /// Decodes to the finest level that is there and asked for. Positions are bit-identical in every
 /// build of this version.

@@ -3,6 +3,7 @@
 
 #include <bit>
 #include <cassert>
+#include <limits>
 
 namespace nacre::codec {
 namespace {
@@ -42,6 +43,13 @@ constexpr auto kCrc16Table = make_crc_table<std::uint16_t>(0x1021, false);
 constexpr auto kCrc32Table = make_crc_table<std::uint32_t>(0x82F63B78u, true);
 
 }  // namespace
+
+double table_error(int code) {
+  if (code == kNoErrorCode) return std::numeric_limits<double>::infinity();
+  constexpr int kMantissa = 128, kLeastExponent = -38;
+  return (kMantissa + code % kMantissa) *
+         step_size(kStepsPerOctave * (code / kMantissa + kLeastExponent));
+}
 
 std::vector<LevelCounts> level_counts(const Header& header) {
   std::vector<LevelCounts> counts;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,8 +20,10 @@ inline constexpr int kVersion = 0;
 
 inline constexpr int kMaxLevels = 15;  ///< Levels and Coded_Bands are 4-bit fields
 inline constexpr int kMaxGridBits = 24;
-/// What the field of grid bits says if a byte of its own has them: profiles nmc and eqmc.
-inline constexpr int kGridBitsFollow = 31;
+/// What the field of grid bits says if a byte of its own has them, and flags: always so in profiles
+/// nmc and eqmc, and in the others where there are flags.
+inline constexpr int kGridBitsFollow = 31, kGridBitsAndFlagsFollow = 30;
+inline constexpr int kLevelTableFlag = 0x20, kCertifiedFlag = 0x40;  ///< of that byte
 /// Steps lie in 2^-200 .. 2^200, so that squared and crossed lengths neither overflow nor vanish.
 inline constexpr int kMaxStepIndex = 32 * 200;
 inline constexpr int kStepsPerOctave = 32;
@@ -52,7 +55,9 @@ struct Header {
   int grid_step_index = 0;
   std::array<std::int64_t, 3> grid_corner = {0, 0, 0};
   std::uint64_t connectivity_bytes = 0, position_bytes = 0;
-  std::vector<BandEntry> bands;  ///< the coded ones; bands beyond are all zero
+  std::vector<BandEntry> bands;           ///< the coded ones; bands beyond are all zero
+  std::optional<LevelTable> level_table;  ///< if there is one: levels + 1 cuts
+  std::optional<double> certified_error;
 
   [[nodiscard]] bool has_origin() const {
     return origin[0] != 0 || origin[1] != 0 || origin[2] != 0;
@@ -82,6 +87,14 @@ struct BandInfo {
   [[nodiscard]] double shrink() const { return shrink_32nds * (1.0 / 32); }
   [[nodiscard]] double tangential_ratio() const { return 1 + ratio_quarters * 0.25; }
 };
+
+/// Fields of a level table, 12 bits each (section 3).
+inline constexpr int kMaxTableCode = 4095;
+/// Errors of this code are not known.
+inline constexpr int kNoErrorCode = kMaxTableCode;
+[[nodiscard]] inline double table_psnr_db(int code) { return code / 20.0; }
+/// Share of the diagonal: (128 + code mod 128) 2^(⌊code / 128⌋ − 38); infinite for kNoErrorCode.
+[[nodiscard]] double table_error(int code);
 
 /// CRC-16/IBM-3740: polynomial 0x1021, initial value 0xFFFF, not reflected.
 [[nodiscard]] std::uint16_t crc16(std::span<const std::uint8_t> bytes);

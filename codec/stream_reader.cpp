@@ -2,9 +2,11 @@
 #include "codec/stream_reader.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "codec/byte_reader.h"
 
@@ -31,6 +33,22 @@ Result<void> check_signature(std::span<const std::uint8_t> bytes) {
   return {};
 }
 
+/// binary32.
+double float32(ByteReader& reader) {
+  return std::bit_cast<float>(static_cast<std::uint32_t>(reader.fixed(4)));
+}
+
+LevelTable parse_level_table(ByteReader& reader, int levels) {
+  LevelTable table;
+  table.bbox_diagonal = float32(reader);
+  for (int j = 0; j <= levels; ++j) {
+    const auto codes = static_cast<int>(reader.fixed(3));
+    table.cuts.push_back(
+        {table_psnr_db(codes & kMaxTableCode), table.bbox_diagonal * table_error(codes >> 12)});
+  }
+  return table;
+}
+
 /// All fields after the version and before the checksum, in file order. Values are not judged here:
 /// damage should be reported as such, so the checksum is compared before anything else.
 Header parse_fields(ByteReader& reader) {
@@ -41,9 +59,16 @@ Header parse_fields(ByteReader& reader) {
   header.bands.resize(shape >> 4);
   header.transform = static_cast<wavelet::Transform>(flags & 0x01);
   header.grid_bits = flags >> 3;
-  const bool bits_follow = header.grid_bits == kGridBitsFollow;
-  header.profile = static_cast<Profile>(((flags >> 1) & 0x01) + (bits_follow ? 2 : 0));
-  if (bits_follow) header.grid_bits = reader.byte();
+  const int comparator = header.grid_bits == kGridBitsFollow ? 2 : 0;
+  header.profile = static_cast<Profile>(((flags >> 1) & 0x01) + comparator);
+  int more = 0;  // flags of the byte that follows
+  if (header.grid_bits >= kGridBitsAndFlagsFollow) {
+    const std::uint8_t follows = reader.byte();
+    more = follows & (kLevelTableFlag | kCertifiedFlag);
+    header.grid_bits = follows - more;
+    // No other writer: 0 is out of range.
+    if (comparator == 0 && more == 0) header.grid_bits = 0;
+  }
   header.base_vertices = reader.varint();
   header.base_triangles =
       2 * header.base_vertices - static_cast<std::uint64_t>(unzigzag(reader.varint()));
@@ -64,6 +89,8 @@ Header parse_fields(ByteReader& reader) {
     const std::int64_t bounded = std::clamp<std::int64_t>(delta, -(1 << 20), 1 << 20);
     band.step_index = predicted_step_index(header, j) + static_cast<int>(bounded);
   }
+  if ((more & kLevelTableFlag) != 0) header.level_table = parse_level_table(reader, header.levels);
+  if ((more & kCertifiedFlag) != 0) header.certified_error = float32(reader);
   return header;
 }
 
@@ -103,6 +130,11 @@ Result<void> check_values(const Header& header) {
     if (band.payload_bytes > 0 && bad_step(band.step_index))
       return corrupt(6, "a band's step is out of range");
   }
+  const auto is_length = [](double x) { return std::isfinite(x) && x >= 0; };
+  if (header.level_table && !is_length(header.level_table->bbox_diagonal))
+    return corrupt(6, "the level table's diagonal is not a length");
+  if (header.certified_error && !is_length(*header.certified_error))
+    return corrupt(6, "the certified error is not a length");
   if (header.connectivity_bytes > kMaxPayload || header.position_bytes > kMaxPayload)
     return corrupt(6, "the base mesh's length is out of range");
   return {};
@@ -110,13 +142,17 @@ Result<void> check_values(const Header& header) {
 
 }  // namespace
 
-Result<StreamLayout> read_layout(std::span<const std::uint8_t> bytes) {
+Result<std::optional<StreamLayout>> try_read_layout(std::span<const std::uint8_t> bytes) {
+  if (bytes.size() < kMagic.size() + 1 &&
+      std::ranges::equal(bytes, std::span(kMagic).first(std::min(bytes.size(), kMagic.size()))))
+    return std::optional<StreamLayout>();
   if (const auto ok = check_signature(bytes); !ok) return ok.error();
   ByteReader reader(bytes.subspan(kMagic.size() + 1));
   StreamLayout layout;
   layout.header = parse_fields(reader);
   const std::size_t fields_end = kMagic.size() + 1 + reader.position();
   const std::uint64_t checksum = reader.fixed(2);
+  if (reader.failed() && bytes.size() < kMaxHeaderBytes) return std::optional<StreamLayout>();
   if (reader.failed())
     return corrupt(std::min(bytes.size(), fields_end), "the header is cut or damaged");
   if (checksum != crc16(bytes.first(fields_end)))
@@ -132,16 +168,29 @@ Result<StreamLayout> read_layout(std::span<const std::uint8_t> bytes) {
   add(layout.header.connectivity_bytes);
   add(layout.header.position_bytes);
   for (const BandEntry& band : layout.header.bands) add(band.payload_bytes);
-  return layout;
+  return std::optional(std::move(layout));
+}
+
+Result<StreamLayout> read_layout(std::span<const std::uint8_t> bytes) {
+  auto layout = try_read_layout(bytes);
+  if (!layout) return layout.error();
+  if (*layout) return std::move(**layout);
+  if (const auto ok = check_signature(bytes); !ok) return ok.error();
+  return corrupt(bytes.size(), "the header is cut or damaged");
 }
 
 Result<std::span<const std::uint8_t>> read_section(std::span<const std::uint8_t> bytes,
                                                    const SectionRange& section) {
   if (section.end() > bytes.size()) return corrupt(bytes.size(), "a section is cut");
-  const auto payload = bytes.subspan(section.offset, section.payload_bytes);
+  return checked_payload(bytes.subspan(section.offset, section.end() - section.offset), section);
+}
+
+Result<std::span<const std::uint8_t>> checked_payload(std::span<const std::uint8_t> bytes,
+                                                      const SectionRange& section) {
+  const auto payload = bytes.first(section.payload_bytes);
   const std::size_t width = checksum_bytes(payload.size());
   if (width == 0) return payload;
-  ByteReader reader(bytes.subspan(section.offset + payload.size(), width));
+  ByteReader reader(bytes.subspan(payload.size(), width));
   const std::uint64_t stored = reader.fixed(static_cast<int>(width));
   if (stored != (width == 2 ? crc16(payload) : crc32c(payload)))
     return corrupt(section.offset, "a section's checksum does not match");

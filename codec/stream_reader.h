@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -35,10 +36,19 @@ struct StreamLayout {
 /// Errors   kCorruptStream, kUnsupportedVersion; `where` is the byte offset.
 [[nodiscard]] Result<StreamLayout> read_layout(std::span<const std::uint8_t> bytes);
 
+/// The same from a beginning of a stream; nothing if more bytes are needed to tell, which is so for
+/// less than kMaxHeaderBytes only.
+[[nodiscard]] Result<std::optional<StreamLayout>> try_read_layout(
+    std::span<const std::uint8_t> bytes);
+
 /// The payload of a section that is wholly there, after checking its checksum.
 ///
 /// Errors   kCorruptStream.
 [[nodiscard]] Result<std::span<const std::uint8_t>> read_section(
+    std::span<const std::uint8_t> bytes, const SectionRange& section);
+
+/// The same from the section's own bytes, checksum included.
+[[nodiscard]] Result<std::span<const std::uint8_t>> checked_payload(
     std::span<const std::uint8_t> bytes, const SectionRange& section);
 
 /// How many levels the bytes that are there decode to, at most `header.levels`.

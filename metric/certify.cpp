@@ -289,6 +289,7 @@ Result<Certified> certified_distance(const Scan& a, const Surface& surface_a, co
 
   Certified result;
   result.bbox_diagonal = surface_a.bbox_diagonal();
+  result.origin = a.origin;
   const double slack = kBoundUlps * std::numeric_limits<double>::epsilon() *
                        std::max(largest_coordinate(a), largest_coordinate(*beside));
   const double least_gap = options.diagonal_tolerance * result.bbox_diagonal;

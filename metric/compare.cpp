@@ -170,6 +170,7 @@ Result<Comparison> compare(const Scan& a, const Surface& surface_a, const Scan& 
   if (context.cancelled()) return Error{ErrorCode::kCancelled, "comparison cancelled"};
 
   result.bbox_diagonal = scale.diagonal;
+  result.origin = a.origin;
   result.psnr_db = psnr_db(result.bbox_diagonal, std::max(result.a_to_b.rms, result.b_to_a.rms));
   return result;
 } catch (const std::bad_alloc&) {

@@ -46,7 +46,8 @@ inline constexpr int kHistogramEdges = 71;
 
 struct Comparison {
   OneSided a_to_b, b_to_a;
-  double bbox_diagonal = 0;  ///< of A, the reference (over vertices that lie on a face)
+  double bbox_diagonal = 0;    ///< of A, the reference (over vertices that lie on a face)
+  Vec3 origin = Vec3::Zero();  ///< of A: what places are relative to
   /// 20 log10(diagonal / max(rms a→b, rms b→a)), [LVQ] eq. (7); +infinity for equal surfaces.
   double psnr_db = 0;
 };
@@ -120,7 +121,8 @@ struct CertifiedOneSided {
 
 struct Certified {
   CertifiedOneSided a_to_b, b_to_a;
-  double bbox_diagonal = 0;  ///< of A
+  double bbox_diagonal = 0;    ///< of A
+  Vec3 origin = Vec3::Zero();  ///< of A: what places are relative to
   /// Of the two-sided Hausdorff distance.
   [[nodiscard]] double lower() const { return std::max(a_to_b.lower, b_to_a.lower); }
   [[nodiscard]] double upper() const { return std::max(a_to_b.upper, b_to_a.upper); }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "codec/decode.h"
+#include "codec/push_reader.h"
 #include "codec/stream_format.h"
 #include "codec/stream_reader.h"
 
@@ -15,6 +16,21 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 namespace codec = nacre::codec;
+
+/// A stream that decodes gives the same piece by piece; but a reader, which cannot know how far the
+/// bytes will come, holds the limit against the finest level.
+void push_in_pieces(const Bytes& bytes, const codec::DecodeOptions& options,
+                    const nacre::Result<nacre::SemiRegularMesh>& decoded) {
+  codec::PushReader reader(options);
+  constexpr std::size_t kPiece = 11;
+  nacre::Result<void> ok;
+  for (std::size_t at = 0; ok && at < bytes.size(); at += kPiece)
+    ok = reader.push(std::span(bytes).subspan(at, std::min(kPiece, bytes.size() - at)));
+  if (ok) ok = reader.finish();
+  if (!ok && ok.error().code == nacre::ErrorCode::kLimitExceeded) return;
+  if (ok.has_value() != decoded.has_value()) std::abort();
+  if (ok && reader.mesh()->positions != decoded->positions) std::abort();
+}
 
 void decode_every_way(const Bytes& bytes) {
   codec::DecodeOptions options;
@@ -26,6 +42,7 @@ void decode_every_way(const Bytes& bytes) {
   options.accept_prefix = true;
   const auto prefix = codec::decode(bytes, options);
   if (mesh && !prefix) std::abort();
+  push_in_pieces(bytes, options, prefix);
   options.max_level = 0;
   (void)codec::decode(bytes, options);
 }
