@@ -47,6 +47,7 @@ class BestEncoder {
     double position = 0;
     CodedGeometry coded;
     std::vector<std::uint8_t> bytes;
+    bool has_targets = false;  ///< it aimed at targets_, else at the mesh
 
     [[nodiscard]] double log_size() const { return std::log(static_cast<double>(bytes.size())); }
   };
@@ -162,6 +163,7 @@ Result<BestEncoder::Trial> BestEncoder::make_trial(double position,
   trial.position = position;
   trial.bytes = assemble(prepared_, *coded, Profile::kBest, mesh_.origin);
   trial.coded = std::move(*coded);
+  trial.has_targets = settings.targets != nullptr;
   return trial;
 }
 
@@ -269,7 +271,7 @@ Result<Encoded> BestEncoder::run() {
   report.predicted_distortion = trial->coded.error;
   for (std::size_t j = 0; j < report.bands.size(); ++j) report.bands[j].gain = gains_[j + 1];
   auto encoded = verified(prepared_, std::move(report), std::move(trial->bytes));
-  if (encoded && targets_) encoded->targets = std::move(*targets_);
+  if (encoded && trial->has_targets) encoded->targets = std::move(*targets_);
   return encoded;
 }
 
