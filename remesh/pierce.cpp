@@ -72,6 +72,8 @@ class Piercer {
       if (boundary[v]) {
         point = {start, {}};
         point.weight[corner_of(scan.triangles[start], base.scan_vertex[v])] = 1;
+      } else if (!base.moved.empty() && base.moved[v].face != kNone) {
+        point = base.moved[v];
       } else {
         point = mesh_.map().to_surface(mesh_.domain[v], start);
       }
