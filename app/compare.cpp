@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -13,7 +14,6 @@
 #include "app/report.h"
 #include "app/verbs.h"
 #include "io/write.h"
-#include "remesh/remesh.h"
 
 namespace nacre::app {
 namespace {
@@ -80,13 +80,6 @@ std::string caption(const std::filesystem::path& file, const std::string& second
   return text + "\n" + second_line;
 }
 
-/// Raw scans may be inside out, or have a corner of its own for each face: both look wrong though
-/// the surface is right. Where cleaning refuses, they are drawn as they are.
-Scan drawable(const Scan& scan) {
-  Result<remesh::CleanScan> cleaned = remesh::clean(scan);
-  return cleaned ? std::move(cleaned->scan) : scan;
-}
-
 Result<std::vector<std::uint8_t>> picture_bytes(const CompareCommand& command, const Scan& raw_a,
                                                 const Scan& raw_b,
                                                 const metric::Comparison& comparison) {
@@ -132,6 +125,27 @@ Result<void> write_outputs(const CompareCommand& command, const Scan& a, const S
   return write_output(command.picture, picture, command.common.overwrite);
 }
 
+Result<std::optional<metric::Certified>> certify(const CompareCommand& command, const Scan& a,
+                                                 const Scan& b, Console& console) {
+  if (!command.certify) return std::optional<metric::Certified>();
+  metric::CertifyOptions options;
+  options.relative_tolerance = command.certify_percent / 100;
+  Result<metric::Certified> certified =
+      metric::certified_distance(a, b, options, console.context());
+  if (!certified) return surface_error(certified.error(), command.a);
+  if (!certified->within_tolerance())
+    console.warning("the certified bounds hold, but are farther apart than was asked for");
+  return std::optional(*certified);
+}
+
+std::string result_text(const CompareCommand& command, const metric::Comparison& comparison,
+                        const std::optional<metric::Certified>& certified) {
+  if (command.json) return to_json(comparison, certified);
+  std::string text = describe(comparison) + "\n";
+  if (certified) text += describe(*certified) + "\n";
+  return text + describe_histogram(comparison) + "\n";
+}
+
 }  // namespace
 
 Result<void> run_compare(const CompareCommand& command, Console& console) {
@@ -150,9 +164,11 @@ Result<void> run_compare(const CompareCommand& command, Console& console) {
   }
   Result<metric::Comparison> comparison = measure(*a, *b, command.samples, command.a, console);
   if (!comparison) return comparison.error();
+  const Result<std::optional<metric::Certified>> certified = certify(command, *a, *b, console);
+  if (!certified) return certified.error();
   if (Result<void> go_on = check_cancelled(console); !go_on) return go_on;
   if (Result<void> written = write_outputs(command, *a, *b, *comparison); !written) return written;
-  const std::string text = command.json ? to_json(*comparison) : describe(*comparison) + "\n";
+  const std::string text = result_text(command, *comparison, *certified);
   std::fwrite(text.data(), 1, text.size(), stdout);
   return {};
 }

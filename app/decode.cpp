@@ -6,29 +6,43 @@
 #include <utility>
 
 #include "app/files.h"
+#include "app/prefix.h"
 #include "app/report.h"
 #include "app/sizes.h"
 #include "app/verbs.h"
 #include "codec/comparators.h"
+#include "io/io.h"
 #include "io/write.h"
 
 namespace nacre::app {
 namespace {
 
-Result<SemiRegularMesh> decode_stream(const DecodeCommand& command,
-                                      std::span<const std::uint8_t> bytes) {
+/// Whatever of the file the command needs.
+Result<StreamPrefix> read(const DecodeCommand& command) {
+  if (!command.choice.is_all()) return read_prefix(command.stream, command.choice, command.partial);
+  // All of it: the file is then judged as a whole.
+  StreamPrefix whole;
+  Result<std::vector<std::uint8_t>> bytes = io::read_file(command.stream);
+  if (!bytes) return in_file(bytes.error(), command.stream);
+  whole.bytes = std::move(*bytes);
+  whole.level = -1;
+  return whole;
+}
+
+Result<SemiRegularMesh> decode_stream(const DecodeCommand& command, const StreamPrefix& prefix) {
   codec::DecodeOptions options;
-  options.max_level = command.level;
-  options.accept_prefix = command.partial;
+  options.max_level = prefix.level;
+  options.accept_prefix = command.partial || !command.choice.is_all();
   options.comparators = codec::decode_comparator_bands;
-  Result<SemiRegularMesh> mesh = codec::decode(bytes, options);
+  Result<SemiRegularMesh> mesh = codec::decode(prefix.bytes, options);
   if (!mesh) return stream_error(mesh.error(), command.stream);
-  if (mesh->level_count < command.level) {
-    return Error{ErrorCode::kBadInput,
-                 fmt::format("{}: has levels 0 to {} only, --level asks for {}",
-                             command.stream.string(), mesh->level_count, command.level)};
-  }
   return mesh;
+}
+
+std::string quality_text(const StreamPrefix& prefix) {
+  const std::string text =
+      prefix.level < 0 ? std::string() : level_quality_text(prefix.info, prefix.level);
+  return text.empty() ? text : text + ", ";
 }
 
 }  // namespace
@@ -41,9 +55,9 @@ Result<void> run_decode(const DecodeCommand& command, Console& console) {
     return ok;
   }
   const StageClock clock;
-  Result<std::vector<std::uint8_t>> bytes = io::read_file(command.stream);
-  if (!bytes) return in_file(bytes.error(), command.stream);
-  Result<SemiRegularMesh> mesh = decode_stream(command, *bytes);
+  const Result<StreamPrefix> prefix = read(command);
+  if (!prefix) return prefix.error();
+  Result<SemiRegularMesh> mesh = decode_stream(command, *prefix);
   if (!mesh) return mesh.error();
   Result<TriangleMesh> triangles = to_triangles(*mesh);
   if (!triangles) return stream_error(triangles.error(), command.stream);
@@ -52,11 +66,11 @@ Result<void> run_decode(const DecodeCommand& command, Console& console) {
   if (console.cancelled()) return Error{ErrorCode::kCancelled, "interrupted; nothing was written"};
   Result<void> written = write_output(command.output, *file, command.common.overwrite);
   if (!written) return written;
-  console.note(fmt::format("{} {} -> {} {} faces {}, level {}, {:.1f} s",
-                           command.stream.filename().string(), format_bytes(bytes->size()),
+  console.note(fmt::format("{} {} -> {} {} faces {}, level {}, {}{:.1f} s",
+                           command.stream.filename().string(), format_bytes(prefix->bytes.size()),
                            command.output.filename().string(),
                            format_count(triangles->triangles.size()), format_bytes(file->size()),
-                           mesh->level_count, clock.total_seconds()));
+                           mesh->level_count, quality_text(*prefix), clock.total_seconds()));
   return {};
 }
 

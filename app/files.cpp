@@ -15,6 +15,7 @@
 #include "codec/decode.h"
 #include "io/io.h"
 #include "io/write.h"
+#include "remesh/remesh.h"
 
 namespace nacre::app {
 namespace fs = std::filesystem;
@@ -129,6 +130,11 @@ Result<Scan> load_surface(const fs::path& file) {
   Result<TriangleMesh> triangles = to_triangles(*mesh);
   if (!triangles) return stream_error(triangles.error(), file);
   return triangles;
+}
+
+Scan drawable(const Scan& scan) {
+  Result<remesh::CleanScan> cleaned = remesh::clean(scan);
+  return cleaned ? std::move(cleaned->scan) : scan;
 }
 
 bool has_area(const Scan& scan) {

@@ -51,6 +51,10 @@ namespace nacre::app {
 /// A scan, or what a .ncr file decodes to.
 [[nodiscard]] Result<Scan> load_surface(const std::filesystem::path& file);
 
+/// The scan as it is drawn: raw scans may be inside out, or have a corner of its own for each face;
+/// both look wrong though the surface is right. Where cleaning refuses, it stays as it is.
+[[nodiscard]] Scan drawable(const Scan& scan);
+
 /// Whether any triangle has an area: without one there is no surface to code or to measure.
 [[nodiscard]] bool has_area(const Scan& scan);
 

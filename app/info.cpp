@@ -6,7 +6,9 @@
 
 #include "app/files.h"
 #include "app/json.h"
+#include "app/prefix.h"
 #include "app/report.h"
+#include "app/report_compare.h"
 #include "app/sizes.h"
 #include "app/verbs.h"
 #include "codec/decode.h"
@@ -109,23 +111,36 @@ std::vector<NamedSection> numbered_sections(const codec::StreamInfo& info) {
 }
 
 Json stream_json(const std::filesystem::path& file, const codec::StreamInfo& info) {
-  Json json = {{"file", file.string()},
-               {"kind", "ncr"},
-               {"version", info.version},
-               {"transform", transform_name(info.transform)},
-               {"bytes", info.bytes_present},
-               {"bytes_whole", info.bytes_whole},
-               {"base_vertices", info.base_vertices},
-               {"base_triangles", info.base_triangles},
-               {"base_bits", info.base_bits},
-               {"origin", point_json(info.origin)},
-               {"levels", Json::array()},
-               {"sections", Json::array()}};
-  for (const auto& level : info.levels) {
-    json["levels"].push_back({{"prefix_bytes", level.bytes},
-                              {"vertices", level.vertices},
-                              {"triangles", level.triangles},
-                              {"present", level.bytes <= info.bytes_present}});
+  Json json = {
+      {"file", file.string()},
+      {"kind", "ncr"},
+      {"version", info.version},
+      {"transform", transform_name(info.transform)},
+      {"bytes", info.bytes_present},
+      {"bytes_whole", info.bytes_whole},
+      {"base_vertices", info.base_vertices},
+      {"base_triangles", info.base_triangles},
+      {"base_bits", info.base_bits},
+      {"origin", point_json(info.origin)},
+      {"profile", codec::profile_name(info.profile)},
+      {"level_table", info.level_table.has_value()},
+      {"bbox_diagonal", info.level_table ? Json(info.level_table->bbox_diagonal) : Json(nullptr)},
+      {"certified_error", info.certified_error ? Json(*info.certified_error) : Json(nullptr)},
+      {"levels", Json::array()},
+      {"sections", Json::array()}};
+  for (std::size_t j = 0; j < info.levels.size(); ++j) {
+    const codec::StreamInfo::Level& level = info.levels[j];
+    Json entry = {{"prefix_bytes", level.bytes},  {"vertices", level.vertices},
+                  {"triangles", level.triangles}, {"present", level.bytes <= info.bytes_present},
+                  {"psnr_db", nullptr},           {"max_error", nullptr},
+                  {"max_error_percent", nullptr}};
+    if (info.level_table) {
+      const codec::LevelTable::Cut& cut = info.level_table->cuts[j];
+      entry["psnr_db"] = cut.psnr_db;
+      entry["max_error"] = cut.max_error;
+      entry["max_error_percent"] = percent_of(info.level_table->bbox_diagonal, cut.max_error);
+    }
+    json["levels"].push_back(std::move(entry));
   }
   for (const auto& section : numbered_sections(info)) {
     Json entry = {{"name", section.name}, {"offset", section.offset}, {"bytes", section.bytes}};
@@ -135,24 +150,45 @@ Json stream_json(const std::filesystem::path& file, const codec::StreamInfo& inf
   return json;
 }
 
+std::string levels_text(const codec::StreamInfo& info) {
+  std::string text =
+      fmt::format("{:<6} {:>14} {:>14} {:>14}{}\n", "level", "prefix bytes", "vertices", "faces",
+                  info.level_table ? "      PSNR dB            max error" : "");
+  for (std::size_t j = 0; j < info.levels.size(); ++j) {
+    const codec::StreamInfo::Level& level = info.levels[j];
+    std::string quality;
+    if (info.level_table) {
+      const codec::LevelTable::Cut& cut = info.level_table->cuts[j];
+      quality = fmt::format("{:>13.2f} {:>10.4g} ({:.3g} %)", cut.psnr_db, cut.max_error,
+                            percent_of(info.level_table->bbox_diagonal, cut.max_error));
+    }
+    text += fmt::format("{:<6} {:>14} {:>14} {:>14}{}{}\n", j, format_count(level.bytes),
+                        format_count(level.vertices), format_count(level.triangles), quality,
+                        level.bytes <= info.bytes_present ? "" : "  (cut off)");
+  }
+  if (info.level_table) return text;
+  return text + "no level table: PSNR and errors of the levels are not in the file\n";
+}
+
 std::string stream_text(const std::filesystem::path& file, const codec::StreamInfo& info) {
   std::string text = fmt::format(
-      "{}: nacre stream version {}, {}{}\ntransform {}\nbase      {} vertices, {} triangles, {} "
+      "{}: nacre stream version {}, {}{}\nprofile   {}, transform {}\nbase      {} vertices, {} "
+      "triangles, {} "
       "bits a coordinate\n",
       file.string(), info.version, format_bytes(info.bytes_present),
       info.bytes_present < info.bytes_whole
           ? fmt::format(" (cut short: {} when whole)", format_bytes(info.bytes_whole))
           : "",
-      transform_name(info.transform), format_count(info.base_vertices),
-      format_count(info.base_triangles), info.base_bits);
+      codec::profile_name(info.profile), transform_name(info.transform),
+      format_count(info.base_vertices), format_count(info.base_triangles), info.base_bits);
   if (!info.origin.isZero(0)) text += fmt::format("origin    {}\n", point_text(info.origin));
-  text += fmt::format("{:<6} {:>14} {:>14} {:>14}\n", "level", "prefix bytes", "vertices", "faces");
-  for (std::size_t j = 0; j < info.levels.size(); ++j) {
-    const auto& level = info.levels[j];
-    text += fmt::format("{:<6} {:>14} {:>14} {:>14}{}\n", j, format_count(level.bytes),
-                        format_count(level.vertices), format_count(level.triangles),
-                        level.bytes <= info.bytes_present ? "" : "  (cut off)");
+  if (info.certified_error) {
+    text += fmt::format(
+        "certified no point is farther from the scan's surface than {:.6g}, nor the "
+        "scan's from it\n",
+        *info.certified_error);
   }
+  text += levels_text(info);
   text += fmt::format("{:<20} {:>10} {:>10} {:>7} {:>12}\n", "section", "offset", "bytes", "share",
                       "step");
   for (const auto& section : numbered_sections(info)) {
@@ -167,12 +203,8 @@ std::string stream_text(const std::filesystem::path& file, const codec::StreamIn
 }
 
 Result<void> stream_info(const InfoCommand& command) {
-  Result<std::vector<std::uint8_t>> bytes = io::read_file(command.file);
-  if (!bytes) return in_file(bytes.error(), command.file);
-  codec::DecodeOptions options;
-  options.accept_prefix = true;  // say what is there, and that the rest is missing
-  Result<codec::StreamInfo> info = codec::inspect(*bytes, options);
-  if (!info) return stream_error(info.error(), command.file);
+  const Result<codec::StreamInfo> info = read_stream_info(command.file);
+  if (!info) return info.error();
   print(command.json ? dump_json(stream_json(command.file, *info))
                      : stream_text(command.file, *info));
   return {};

@@ -2,26 +2,27 @@
 #include "app/report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/resource.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "app/goal.h"
 #include "app/json.h"
+#include "app/report_compare.h"
 #include "app/sizes.h"
 
 namespace nacre::app {
 namespace {
 
 constexpr const char* kSchema = "nacre-report/0";
+/// Of docs/report.schema.json: raised when a field changes its meaning or goes; new ones may come.
+constexpr int kSchemaVersion = 1;
 constexpr std::size_t kListedFallbacks = 5;
 
 double share(double part, double whole) { return whole > 0 ? part / whole : 0; }
-
-double percent_of_diagonal(const metric::Comparison& c, double distance) {
-  return 100 * share(distance, c.bbox_diagonal);
-}
 
 const char* repair_name(remesh::RepairPolicy policy) {
   switch (policy) {
@@ -50,6 +51,13 @@ Json input_json(const InputFacts& input) {
           {"bbox_diagonal", input.bbox_diagonal}};
 }
 
+Json from_json(const Reentry& from) {
+  return {{"stage", from.stage},
+          {"folder", from.folder.string()},
+          {"is_edited", !from.edited.empty()},
+          {"edited", from.edited}};
+}
+
 Json remesh_options_json(const RemeshSettings& settings) {
   return {{"levels", settings.levels},
           {"base_vertices", settings.base_vertices},
@@ -58,9 +66,7 @@ Json remesh_options_json(const RemeshSettings& settings) {
 
 Json encode_options_json(const EncodeRun& run) {
   const EncodeCommand& command = run.command;
-  Json goal = command.size_bytes ? Json{{"kind", "size"}, {"value", *command.size_bytes}}
-                                 : Json{{"kind", "bits_per_input_vertex"},
-                                        {"value", command.bits_per_input_vertex.value_or(0)}};
+  Json goal = {{"kind", name_of(command.goal.kind)}, {"value", command.goal.value}};
   Json options = {
       {"profile", codec::profile_name(command.profile)},
       {"transform", command.transform == wavelet::Transform::kLoop ? "loop" : "butterfly"},
@@ -70,6 +76,18 @@ Json encode_options_json(const EncodeRun& run) {
       {"samples", command.samples}};
   options.update(remesh_options_json(command.remesh));
   return options;
+}
+
+Json levels_json(const std::vector<LevelFacts>& levels) {
+  Json list = Json::array();
+  for (const LevelFacts& level : levels) {
+    list.push_back({{"prefix_bytes", level.bytes},
+                    {"vertices", level.vertices},
+                    {"triangles", level.triangles},
+                    {"psnr_db", level.psnr_db ? Json(*level.psnr_db) : Json(nullptr)},
+                    {"max_error", level.max_error ? Json(*level.max_error) : Json(nullptr)}});
+  }
+  return list;
 }
 
 Json pieces_json(const std::vector<remesh::PieceReport>& pieces) {
@@ -122,22 +140,6 @@ Json bands_json(const std::vector<codec::BandReport>& bands) {
   return list;
 }
 
-Json comparison_json(const metric::Comparison& c) {
-  Json json = {{"psnr_db", c.psnr_db},
-               {"rms_a_to_b", c.a_to_b.rms},
-               {"rms_b_to_a", c.b_to_a.rms},
-               {"mean_a_to_b", c.a_to_b.mean},
-               {"mean_b_to_a", c.b_to_a.mean},
-               {"max_a_to_b", c.a_to_b.maximum},
-               {"max_b_to_a", c.b_to_a.maximum},
-               {"max_a_to_b_at", point_json(c.a_to_b.maximum_at)},
-               {"max_b_to_a_at", point_json(c.b_to_a.maximum_at)},
-               {"bbox_diagonal", c.bbox_diagonal},
-               {"samples", {{"a_to_b", c.a_to_b.sample_count}, {"b_to_a", c.b_to_a.sample_count}}}};
-  if (!std::isfinite(c.psnr_db)) json["psnr_db"] = nullptr;
-  return json;
-}
-
 /// "seconds" and "peak_bytes", each with one entry per stage and "total".
 void add_costs(Json& json, const std::vector<remesh::StageCost>& costs, double total_seconds) {
   Json seconds = Json::object(), peak = Json::object();
@@ -160,22 +162,12 @@ std::string cost_text(double seconds) {
 std::string quality_text(const metric::Comparison& c) {
   const double error = max_error(c);
   return fmt::format("max error {:.3g} ({:.2g} %), PSNR {:.2f} dB", error,
-                     percent_of_diagonal(c, error), c.psnr_db);
+                     percent_of(c.bbox_diagonal, error), c.psnr_db);
 }
 
 std::string input_text(const InputFacts& input) {
   return fmt::format("{} {} faces {}", input.file.filename().string(), format_count(input.faces),
                      format_bytes(input.read.file_bytes));
-}
-
-std::string one_sided_text(const char* name, const metric::OneSided& d,
-                           const metric::Comparison& c) {
-  return fmt::format(
-      "{}  rms {:.6g} ({:.4f} %)  mean {:.6g}  max {:.6g} ({:.4f} %) at {:.6g} {:.6g} "
-      "{:.6g}  {} samples",
-      name, d.rms, percent_of_diagonal(c, d.rms), d.mean, d.maximum,
-      percent_of_diagonal(c, d.maximum), d.maximum_at[0], d.maximum_at[1], d.maximum_at[2],
-      format_count(d.sample_count));
 }
 
 std::size_t distinct_positions(const Scan& scan) {
@@ -250,6 +242,20 @@ InputFacts input_facts(const std::filesystem::path& file, const io::ReadResult& 
   return facts;
 }
 
+std::vector<LevelFacts> level_facts(const codec::StreamInfo& info) {
+  std::vector<LevelFacts> facts;
+  for (std::size_t j = 0; j < info.levels.size(); ++j) {
+    const codec::StreamInfo::Level& level = info.levels[j];
+    LevelFacts& fact = facts.emplace_back();
+    fact = {level.bytes, level.vertices, level.triangles, {}, {}};
+    if (!info.level_table) continue;
+    fact.psnr_db = info.level_table->cuts[j].psnr_db;
+    const double error = info.level_table->cuts[j].max_error;
+    if (std::isfinite(error)) fact.max_error = error;
+  }
+  return facts;
+}
+
 RemeshFacts remesh_facts(const remesh::Remesh& remesh) {
   RemeshFacts facts;
   facts.clean = remesh.clean;
@@ -263,21 +269,17 @@ RemeshFacts remesh_facts(const remesh::Remesh& remesh) {
   return facts;
 }
 
-double max_error(const metric::Comparison& comparison) {
-  return std::max(comparison.a_to_b.maximum, comparison.b_to_a.maximum);
-}
-
-std::string to_json(const metric::Comparison& comparison) {
-  return dump_json(comparison_json(comparison));
-}
-
 std::string to_json(const EncodeRun& run) {
   const codec::EncodeReport& coded = run.coded;
   const double bits = 8.0 * static_cast<double>(coded.bytes);
   const double error = max_error(run.distance);
-  Json json = {{"schema", kSchema}, {"verb", "encode"}, {"nacre", NACRE_VERSION}};
+  Json json = {{"schema", kSchema},
+               {"schema_version", kSchemaVersion},
+               {"verb", "encode"},
+               {"nacre", NACRE_VERSION}};
   json["input"] = input_json(run.input);
   json["output"] = run.command.output.string();
+  if (run.from) json["from"] = from_json(*run.from);
   json["options"] = encode_options_json(run);
   json["bytes"] = coded.bytes;
   json["bytes_header"] = coded.bytes_header;
@@ -290,8 +292,8 @@ std::string to_json(const EncodeRun& run) {
   json["psnr_db"] = run.distance.psnr_db;
   json["remesh_psnr_db"] = run.remesh_distance ? Json(run.remesh_distance->psnr_db) : Json(nullptr);
   json["max_error"] = error;
-  json["max_error_percent"] = percent_of_diagonal(run.distance, error);
-  json["distance"] = comparison_json(run.distance);
+  json["max_error_percent"] = percent_of(run.distance.bbox_diagonal, error);
+  json["distance"] = comparison_json(run.distance, run.certified);
   json["remesh_distance"] =
       run.remesh_distance ? comparison_json(*run.remesh_distance) : Json(nullptr);
   json["allocation"] = {
@@ -301,6 +303,7 @@ std::string to_json(const EncodeRun& run) {
       {"relative_error",
        share(coded.predicted_distortion - coded.measured_distortion, coded.measured_distortion)}};
   json["levels"] = coded.levels;
+  json["level_table"] = levels_json(run.levels);
   json["bands"] = bands_json(coded.bands);
   json["clean"] = clean_json(run.remesh.clean);
   json["pieces"] = pieces_json(run.remesh.pieces);
@@ -311,20 +314,31 @@ std::string to_json(const EncodeRun& run) {
 
 std::string to_json(const RemeshRun& run) {
   const double error = max_error(run.distance);
-  Json json = {{"schema", kSchema}, {"verb", "remesh"}, {"nacre", NACRE_VERSION}};
+  Json json = {{"schema", kSchema},
+               {"schema_version", kSchemaVersion},
+               {"verb", "remesh"},
+               {"nacre", NACRE_VERSION}};
   json["input"] = input_json(run.input);
   json["output"] = run.command.output.string();
+  if (run.from) json["from"] = from_json(*run.from);
   json["options"] = remesh_options_json(run.command.remesh);
   json["options"]["samples"] = run.command.samples;
   json["remesh_psnr_db"] = run.distance.psnr_db;
   json["max_error"] = error;
-  json["max_error_percent"] = percent_of_diagonal(run.distance, error);
+  json["max_error_percent"] = percent_of(run.distance.bbox_diagonal, error);
   json["distance"] = comparison_json(run.distance);
   json["clean"] = clean_json(run.remesh.clean);
   json["pieces"] = pieces_json(run.remesh.pieces);
   json["remesh"] = remesh_json(run.remesh);
   add_costs(json, run.costs, run.seconds);
   return dump_json(json);
+}
+
+std::string describe(const Reentry& from) {
+  return fmt::format("from {}{}", from.folder.string(),
+                     from.edited.empty()
+                         ? ", as it was dumped"
+                         : fmt::format(", edited: {}", fmt::join(from.edited, ", ")));
 }
 
 std::string summary_line(const EncodeRun& run) {
@@ -340,11 +354,6 @@ std::string summary_line(const RemeshRun& run) {
                      run.command.output.filename().string(), format_count(run.remesh.triangles),
                      format_count(run.remesh.base_triangles), run.remesh.levels,
                      quality_text(run.distance), cost_text(run.seconds));
-}
-
-std::string describe(const metric::Comparison& c) {
-  return fmt::format("PSNR {:.3f} dB  bbox diagonal {:.6g}\n{}\n{}", c.psnr_db, c.bbox_diagonal,
-                     one_sided_text("A -> B", c.a_to_b, c), one_sided_text("B -> A", c.b_to_a, c));
 }
 
 std::string describe_cleaning(const remesh::CleanReport& clean) {

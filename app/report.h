@@ -58,13 +58,34 @@ struct RemeshFacts {
 };
 [[nodiscard]] RemeshFacts remesh_facts(const remesh::Remesh& remesh);
 
+/// Where a run started, if not at the scan.
+struct Reentry {
+  std::string stage;  ///< "05-normal-mesh"
+  std::filesystem::path folder;
+  std::vector<std::string> edited;  ///< files that are not as they were dumped
+};
+/// "from W/02-clean, edited: clean.ply"
+[[nodiscard]] std::string describe(const Reentry& from);
+
+/// A level of the file: a prefix of it.
+struct LevelFacts {
+  std::size_t bytes = 0;
+  std::uint64_t vertices = 0, triangles = 0;
+  std::optional<double> psnr_db;    ///< as the file's level table has them, if there is one
+  std::optional<double> max_error;  ///< certified
+};
+[[nodiscard]] std::vector<LevelFacts> level_facts(const codec::StreamInfo& info);
+
 struct EncodeRun {
   EncodeCommand command;
+  std::optional<Reentry> from = std::nullopt;
   InputFacts input;
   RemeshFacts remesh;
   std::uint64_t target_bytes = 0;
   codec::EncodeReport coded;
+  std::vector<LevelFacts> levels;
   metric::Comparison distance;                        ///< scan against decoded file
+  std::optional<metric::Certified> certified;         ///< the same, if it was asked for
   std::optional<metric::Comparison> remesh_distance;  ///< scan against the mesh before coding
   std::vector<remesh::StageCost> costs;
   double seconds = 0;
@@ -77,13 +98,15 @@ struct RemeshRun {
   metric::Comparison distance;
   std::vector<remesh::StageCost> costs;
   double seconds = 0;
+  std::optional<Reentry> from = std::nullopt;
 };
 
 /// JSON text, indented, with a final line end. Numbers that are not finite become null.
 [[nodiscard]] std::string to_json(const EncodeRun& run);
 [[nodiscard]] std::string to_json(const RemeshRun& run);
-/// What `compare --json` prints: figures of both directions, psnr_db, bbox_diagonal.
-[[nodiscard]] std::string to_json(const metric::Comparison& comparison);
+/// What `compare --json` prints; an encode report has the same under "distance".
+[[nodiscard]] std::string to_json(const metric::Comparison& comparison,
+                                  const std::optional<metric::Certified>& certified = {});
 
 /// "scan.ply 1,204 faces 22.9 kB -> scan.ncr 118 B (194x), max error 0.02 (0.008 %), PSNR 71.3 dB,
 /// ..."
@@ -91,6 +114,9 @@ struct RemeshRun {
 [[nodiscard]] std::string summary_line(const RemeshRun& run);
 /// Several lines for a person, without the last line end.
 [[nodiscard]] std::string describe(const metric::Comparison& comparison);
+[[nodiscard]] std::string describe(const metric::Certified& certified);
+/// How much of each surface is how far from the other, a row per half decade.
+[[nodiscard]] std::string describe_histogram(const metric::Comparison& comparison);
 
 /// "cleaned: 12 welded vertices, ..."; empty if nothing was changed.
 [[nodiscard]] std::string describe_cleaning(const remesh::CleanReport& clean);
