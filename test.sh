@@ -5,7 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")"
 
 seconds() { echo "${SECONDS}s"; }
-./scripts/install-packages.sh
+./scripts/install-packages.sh chromium  # for the test that opens a report in a browser
 echo "building ..."
 if ! ./scripts/build.sh; then
   echo "test.sh: FAILED: the build ($(seconds))"
