@@ -19,6 +19,8 @@ void on_signal(int) {
 
 }  // namespace
 
+void request_stop() { interrupted = true; }
+
 const std::atomic<bool>& install_interrupt_handler() {
   struct sigaction action = {};
   action.sa_handler = on_signal;

@@ -10,4 +10,7 @@ namespace nacre::app {
 /// nothing half-made is left behind.
 const std::atomic<bool>& install_interrupt_handler();
 
+/// Sets that flag, as a signal would.
+void request_stop();
+
 }  // namespace nacre::app
