@@ -14,40 +14,53 @@
 #include <string_view>
 #include <vector>
 
+#include "app/cli_batch.h"
+#include "app/cli_prefix.h"
+#include "app/cli_completion.h"
+#include "app/cli_run.h"
+#include "app/cli_stages.h"
 #include "app/sizes.h"
 
 namespace nacre::app {
 namespace {
 
-constexpr double kDefaultBitsPerInputVertex = 1.0;
-constexpr std::array<std::string_view, 5> kVerbs = {"encode", "decode", "remesh", "compare",
-                                                    "info"};
+constexpr std::array<std::string_view, 9> kVerbs = {"encode", "decode", "remesh", "compare",
+                                                    "info",   "stage",  "batch", "cut", "completion"};
 
 constexpr const char* kDescription =
     "nacre: raw scanned triangle meshes to small bitstreams and back.\n"
     "The shape is kept, within a measured error; the original triangles and UV layout are not.";
 
 constexpr const char* kFooter = R"(Examples:
-  nacre encode scan.ply -o scan.ncr                 about 1 bit per input vertex
+  nacre encode scan.ply -o scan.ncr                 at --quality 75
   nacre encode scan.ply -o scan.ncr --size 50k      never more than 50,000 bytes
   nacre decode scan.ncr -o scan.glb                 also .ply .obj .off .stl
   nacre compare scan.ply scan.ncr --map error.ply   distances, and where they are
   nacre info scan.ncr                               levels, sections, bytes by part
+  nacre cut scan.ncr --size 10k -o small.ncr        a smaller file without coding anew
+  nacre batch scans/ out/                           a folder of scans, in parallel
 `nacre VERB --help` explains the options of a verb.
 
 Results go to stdout, everything else to stderr. Nothing is overwritten without -f.
 Exit codes: 0 done, 1 unexpected failure, 2 wrong usage, 3 input unreadable, 4 geometry refused,
-  5 goal not reachable, 6 over a limit, 7 .ncr corrupt, cut short or too new, 75 interrupted.)";
+  5 goal not reachable, 6 over a limit, 7 .ncr corrupt, cut short or too new,
+  8 some scans of a batch failed, 75 interrupted.)";
 
 constexpr const char* kEncodeFooter = R"(Examples:
   nacre encode scan.ply -o scan.ncr --size 6k
-  nacre encode scan.obj -o scan.ncr --bits-per-vertex 2 --report report.json
+  nacre encode scan.obj -o scan.ncr --psnr 80 --report report.json
+  nacre encode scan.stl -o scan.ncr --max-error 0.1%     proved, for every point
   nacre encode messy.stl -o messy.ncr --repair strict    refuse a scan that needs real repair
+  nacre encode scan.ply -o scan.ncr --work-dir w --dump all          every stage, to look at
+  nacre encode scan.ply -o new.ncr --from w/05-normal-mesh --size 6k  on from there, edited or not
 The summary's error and PSNR are measured on the decoded file against the scan as read.)";
 
 constexpr const char* kDecodeFooter = R"(Examples:
   nacre decode scan.ncr -o scan.ply
-  nacre decode scan.ncr -o preview.glb --level 3         a coarser mesh, 4 times fewer faces a level)";
+  nacre decode scan.ncr -o preview.glb --level 3         a coarser mesh, 4 times fewer faces a level
+  nacre decode scan.ncr -o rough.stl --max-error 0.5%    the coarsest level that is near enough
+  nacre decode scan.ncr -o rough.stl --bytes 10k         what the first 10,000 bytes hold
+Only the bytes of the level are read.)";
 
 constexpr const char* kRemeshFooter = R"(Examples:
   nacre remesh scan.ply -o semi.ply --levels 5
@@ -58,11 +71,18 @@ levels, whose finer vertices lie on the scan along the normals of the coarser me
 constexpr const char* kCompareFooter = R"(Examples:
   nacre compare scan.ply scan.ncr
   nacre compare scan.ply other.obj --json | jq .psnr_db
+  nacre compare scan.ply scan.ncr --certify               a maximum that is proved
   nacre compare scan.ply scan.ncr --map error.ply --map-max 0.05 --picture error.png)";
 
 constexpr const char* kInfoFooter = R"(Examples:
   nacre info scan.ply      counts, size, topology, what cleaning would change
   nacre info scan.ncr      levels and bytes by part)";
+
+constexpr const char* kCompletionFooter = R"(Examples:
+  source <(nacre completion bash)
+  nacre completion zsh > ~/.zfunc/_nacre
+  nacre completion fish > ~/.config/fish/completions/nacre.fish
+  nacre completion man | man -l -)";
 
 Error usage_error(std::string message) { return {ErrorCode::kBadInput, std::move(message)}; }
 
@@ -114,9 +134,8 @@ CLI::Validator positive_number() { return number_within(1e-300, 1e300, "a positi
 /// Option values that need a conversion of our own before they are a command.
 struct Raw {
   std::string transform = "butterfly", profile = "best", effort = "normal", repair = "safe", up = "y";
-  std::vector<std::string> dump;
-  std::optional<std::string> size;
-  std::optional<double> bits_per_vertex;
+  std::optional<std::string> size, max_error;
+  std::optional<double> bits_per_vertex, bits_per_semi_regular_vertex, psnr, quality;
   bool quiet = false, verbose = false;
 };
 
@@ -128,6 +147,13 @@ struct Parser {
   RemeshCommand remesh;
   CompareCommand compare;
   InfoCommand info;
+  PrefixParser decode_prefix, cut_prefix;
+  CutCommand cut;
+  StageParser stages, remesh_stages, stage_verb;
+  Common stage_common;
+  RunParser run_options, remesh_run_options;
+  std::string completion_shell;
+  BatchParser batch;
 
   Parser() {
     app.footer(kFooter);
@@ -139,6 +165,11 @@ struct Parser {
     add_remesh();
     add_compare();
     add_info();
+    add_cut();
+    stage_verb.add_verb(
+        *add_verb("stage", "List or compare dumped stages", kStageFooter, stage_common));
+    batch.add_to(app);
+    add_completion();
   }
 
  private:
@@ -153,6 +184,14 @@ struct Parser {
                      "Threads; default: all that the process may use. Never changes the result")
         ->check(CLI::Range(1, 1024));
     return verb;
+  }
+
+  void add_completion() {
+    CLI::App* verb = app.add_subcommand("completion", "Print completions for a shell, or the manual page");
+    verb->footer(kCompletionFooter);
+    verb->add_option("SHELL", completion_shell, "bash, zsh, fish, or man for the manual page")
+        ->required()
+        ->check(CLI::IsMember({"bash", "zsh", "fish", "man"}));
   }
 
   static void add_overwrite(CLI::App* verb, Common& common) {
@@ -180,34 +219,35 @@ struct Parser {
         ->capture_default_str();
   }
 
-  void add_dump(CLI::App* verb, DumpSettings& settings) {
-    std::vector<std::string> names(kDumpStageNames.begin(), kDumpStageNames.end());
-    auto* dump = verb->add_option("--dump", raw.dump,
-                                  fmt::format("Write these steps down as coloured meshes and a "
-                                              "picture each: all, or some of {}",
-                                              fmt::join(names, ",")));
-    names.emplace_back("all");
-    dump->delimiter(',')->allow_extra_args(false)->check(CLI::IsMember(names));
-    auto* folder = verb->add_option("--work-dir", settings.work_dir,
-                                    "Where: DIR/02-clean/clean.ply and so on; made if missing");
-    dump->needs(folder);
-    folder->needs(dump);
+  void add_goals(CLI::App* verb) {
+    auto* goals = verb->add_option_group("Goal", "What the file shall be; at most one");
+    goals->add_option("--quality", raw.quality,
+                      "0 .. 100, default 75: the finest step is the scan's diagonal / 2^(4 + Q / 12.5)")
+        ->check(number_within(0, 100, "a quality from 0 to 100"));
+    goals->add_option("--size", raw.size,
+                      "The whole file, never exceeded: 6061, 6k (= 6000), 6Ki (= 6144), 1.5M");
+    goals->add_option("--psnr", raw.psnr,
+                      "The smallest file that has this PSNR against the scan, dB")
+        ->check(number_within(1, 400, "a PSNR from 1 to 400 dB"));
+    goals->add_option("--max-error", raw.max_error,
+                      "The smallest file no point of which, nor of the scan, is farther from the "
+                      "other surface: 0.05 (model units), 0.02% (of the scan's diagonal). Proved");
+    goals->add_option("--bits-per-vertex", raw.bits_per_vertex,
+                      "Bits of the whole file per vertex of the input file (STL, which repeats "
+                      "them: per distinct vertex)")
+        ->check(positive_number());
+    goals->add_option("--bits-per-semi-regular-vertex", raw.bits_per_semi_regular_vertex,
+                      "The same per vertex of the finest level")
+        ->check(positive_number());
+    goals->require_option(0, 1);
   }
 
   void add_encode() {
     CLI::App* verb = add_verb("encode", "Compress a scan (PLY, OBJ, OFF, STL) to a .ncr file",
                               kEncodeFooter, encode.common);
     verb->add_option("SCAN", encode.scan, "The scan to compress")->required();
-    verb->add_option("-o,--output", encode.output, "The .ncr file to write")->required();
-    auto* size = verb->add_option("--size", raw.size,
-                                  "Goal: the whole file, never exceeded: 6061, 6k (= 6000), 6Ki "
-                                  "(= 6144), 1.5M");
-    verb->add_option(
-            "--bits-per-vertex", raw.bits_per_vertex,
-            "Goal: bits of the whole file per vertex of the input file (STL, which repeats "
-            "them: per distinct vertex); this goal with 1.0 is the default")
-        ->check(positive_number())
-        ->excludes(size);
+    verb->add_option("-o,--output", encode.output, "The .ncr file to write");
+    add_goals(verb);
     verb->add_option("--profile", raw.profile, "Coder: best, paper (ICASSP 2006, lattice VQ), or for comparison nmc (zerotrees), "
                      "eqmc (variance classes)")
         ->check(CLI::IsMember({"best", "paper", "nmc", "eqmc"}))
@@ -226,6 +266,17 @@ struct Parser {
     add_remesh_options(verb, encode.remesh);
     add_samples(verb, encode.samples);
     verb->add_option("--report", encode.report, "Write all figures of the run to this .json file");
+    auto* semi_regular = verb->add_flag(
+        "--semi-regular", encode.remesh.semi_regular,
+        "The input is semi-regular already (another remesher's): find its 1 to 4 splits, whatever "
+        "the order of its triangles, and code it as it is");
+    semi_regular->excludes(verb->get_option("--base-vertices"))
+        ->excludes(verb->get_option("--repair"));
+    verb->add_option("--reference", encode.reference,
+                     "The scan to measure against instead of the semi-regular mesh itself")
+        ->needs(semi_regular);
+    stages.add_options(*verb, encode.dump, kDumpStageNames.size());
+    run_options.add_options(*verb, encode.common);
     add_overwrite(verb, encode.common);
   }
 
@@ -235,24 +286,30 @@ struct Parser {
     verb->add_option("FILE", decode.stream, "The .ncr file")->required();
     verb->add_option("-o,--output", decode.output, "The mesh to write: .ply .obj .off .stl .glb")
         ->required();
-    verb->add_option("--level", decode.level,
-                     "Decode no further than this level, 0 = base mesh; default: the finest")
-        ->check(CLI::Range(0, 30));
+    decode_prefix.add_options(*verb, "--bytes",
+                              "The finest level that so many bytes hold: 6061, 6k, 6Ki");
     verb->add_flag("--partial", decode.partial,
                    "Accept a file cut short: decode its last whole level");
     add_overwrite(verb, decode.common);
+  }
+
+  void add_cut() {
+    CLI::App* verb = add_verb("cut", "Make a smaller .ncr file of one, without coding anew",
+                              kCutFooter, cut.common);
+    cut_prefix.add_cut(*verb, cut);
+    add_overwrite(verb, cut.common);
   }
 
   void add_remesh() {
     CLI::App* verb = add_verb("remesh", "Turn a scan into a semi-regular normal mesh",
                               kRemeshFooter, remesh.common);
     verb->add_option("SCAN", remesh.scan, "The scan")->required();
-    verb->add_option("-o,--output", remesh.output, "The mesh to write: .ply .obj .off .stl .glb")
-        ->required();
+    verb->add_option("-o,--output", remesh.output, "The mesh to write: .ply .obj .off .stl .glb");
     add_remesh_options(verb, remesh.remesh);
     add_samples(verb, remesh.samples);
     verb->add_option("--report", remesh.report, "Write all figures of the run to this .json file");
-    add_dump(verb, remesh.dump);
+    remesh_stages.add_options(*verb, remesh.dump, kRemeshStages);
+    remesh_run_options.add_options(*verb, remesh.common);
     add_overwrite(verb, remesh.common);
   }
 
@@ -262,6 +319,14 @@ struct Parser {
     verb->add_option("A", compare.a, "The reference: a scan or a .ncr file")->required();
     verb->add_option("B", compare.b, "The other: a scan or a .ncr file")->required();
     verb->add_flag("--json", compare.json, "Print JSON (psnr_db is null for equal surfaces)");
+    auto* certify = verb->add_flag("--certify", compare.certify,
+                                   "Prove the maximum: bounds that hold for every point of both "
+                                   "surfaces, not samples alone");
+    verb->add_option("--certify-tolerance", compare.certify_percent,
+                     "How far these bounds may be apart, in per cent of the value")
+        ->check(number_within(0, 100, "a percentage from 0 to 100"))
+        ->capture_default_str()
+        ->needs(certify);
     verb->add_option("--map", compare.map,
                      "Write A as PLY with each vertex's distance to B, as float "
                      "`quality` and as colour");
@@ -302,28 +367,45 @@ remesh::RepairPolicy repair_policy(const std::string& name) {
   return remesh::RepairPolicy::kSafe;
 }
 
-void set_stages(const Raw& raw, DumpSettings& settings) {
-  for (std::size_t i = 0; i < kDumpStageNames.size(); ++i) {
-    settings.stages[i] = std::ranges::any_of(raw.dump, [&](const std::string& name) {
-      return name == "all" || name == kDumpStageNames[i];
-    });
-  }
-}
-
 void set_verbosity(const Raw& raw, Common& common) {
   common.verbosity = raw.quiet     ? Verbosity::kQuiet
                      : raw.verbose ? Verbosity::kVerbose
                                    : Verbosity::kNormal;
 }
 
-Result<Command> finish_encode(const Raw& raw, EncodeCommand command) {
+/// The one that was named, if any was.
+Result<std::optional<Goal>> goal_of(const Raw& raw) {
+  using Kind = Goal::Kind;
   if (raw.size) {
-    Result<std::uint64_t> bytes = parse_size(*raw.size);
+    const Result<std::uint64_t> bytes = parse_size(*raw.size);
     if (!bytes) return usage_error("--size: " + bytes.error().message);
-    command.size_bytes = *bytes;
-  } else {
-    command.bits_per_input_vertex = raw.bits_per_vertex.value_or(kDefaultBitsPerInputVertex);
+    return std::optional(Goal{Kind::kSize, static_cast<double>(*bytes)});
   }
+  if (raw.max_error) {
+    const Result<ErrorGoal> error = parse_error_goal(*raw.max_error);
+    if (!error) return usage_error("--max-error: " + error.error().message);
+    return std::optional(
+        Goal{error->is_percent ? Kind::kMaxErrorPercent : Kind::kMaxError, error->value});
+  }
+  if (raw.bits_per_vertex) return std::optional(Goal{Kind::kBitsPerInputVertex, *raw.bits_per_vertex});
+  if (raw.bits_per_semi_regular_vertex)
+    return std::optional(Goal{Kind::kBitsPerSemiRegularVertex, *raw.bits_per_semi_regular_vertex});
+  if (raw.psnr) return std::optional(Goal{Kind::kPsnr, *raw.psnr});
+  if (raw.quality) return std::optional(Goal{Kind::kQuality, *raw.quality});
+  return std::optional<Goal>();
+}
+
+Result<Command> finish_encode(const Raw& raw, const StageParser& stages, EncodeCommand command) {
+  const bool has_output = !command.output.empty() || command.common.dry_run;
+  Result<void> fine = stages.finish(command.dump, kDumpStageNames.size(), has_output);
+  if (!fine) return fine.error();
+  if (command.remesh.semi_regular && command.dump.until > DumpStage::kInput &&
+      command.dump.until < DumpStage::kNormalMesh)
+    return usage_error("--semi-regular has no stages between input and normal-mesh to stop after");
+  const Result<std::optional<Goal>> goal = goal_of(raw);
+  if (!goal) return goal.error();
+  command.has_goal = goal->has_value();
+  command.goal = goal->value_or(Goal{});
   command.profile = codec::profile_of_name(raw.profile).value_or(command.profile);
   if (raw.effort == "fast") command.effort = codec::Effort::kFast;
   if (raw.transform == "loop") command.transform = wavelet::Transform::kLoop;
@@ -343,17 +425,41 @@ Result<Command> finish_compare(const Raw& raw, CompareCommand command) {
 
 Result<Command> finish(Parser& parser, std::string_view verb) {
   const Raw& raw = parser.raw;
-  if (verb == "encode") return finish_encode(raw, parser.encode);
+  if (verb == "encode") {
+    const Result<void> fine = parser.run_options.finish(parser.encode.common);
+    return fine ? finish_encode(raw, parser.stages, parser.encode) : fine.error();
+  }
+  if (verb == "completion")
+    return Command(PrintText{completion_script(parser.app, parser.completion_shell)});
   if (verb == "compare") return finish_compare(raw, parser.compare);
   if (verb == "decode") {
+    Result<PrefixChoice> choice = parser.decode_prefix.finish();
+    if (!choice) return choice.error();
+    parser.decode.choice = *choice;
     set_verbosity(raw, parser.decode.common);
     return Command(parser.decode);
   }
+  if (verb == "cut") {
+    set_verbosity(raw, parser.cut.common);
+    Result<CutCommand> cut = parser.cut_prefix.finish_cut(parser.cut);
+    if (!cut) return cut.error();
+    return Command(std::move(*cut));
+  }
   if (verb == "remesh") {
     parser.remesh.remesh.repair = repair_policy(raw.repair);
-    set_stages(raw, parser.remesh.dump);
+    const bool has_output = !parser.remesh.output.empty() || parser.remesh.common.dry_run;
+    Result<void> fine = parser.remesh_stages.finish(parser.remesh.dump, kRemeshStages, has_output);
+    if (fine) fine = parser.remesh_run_options.finish(parser.remesh.common);
+    if (!fine) return fine.error();
     set_verbosity(raw, parser.remesh.common);
     return Command(parser.remesh);
+  }
+  if (verb == "stage") {
+    Result<StageCommand> command = parser.stage_verb.finish_verb();
+    if (!command) return command.error();
+    command->common = parser.stage_common;
+    set_verbosity(raw, command->common);
+    return Command(std::move(*command));
   }
   set_verbosity(raw, parser.info.common);
   return Command(parser.info);
@@ -363,7 +469,12 @@ Result<Command> finish(Parser& parser, std::string_view verb) {
 std::string describe_unknown(const CLI::App& verb, std::span<const std::string> arguments,
                              const std::string& otherwise) {
   std::vector<std::string> known;
-  for (const CLI::Option* option : verb.get_options()) {
+  std::vector<const CLI::Option*> options = verb.get_options();
+  for (const CLI::App* group : verb.get_subcommands([](const CLI::App*) { return true; })) {
+    const auto more = group->get_options();
+    options.insert(options.end(), more.begin(), more.end());
+  }
+  for (const CLI::Option* option : options) {
     for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
     for (const std::string& name : option->get_snames()) known.push_back("-" + name);
   }
@@ -388,7 +499,7 @@ Result<Command> parse_command_line(std::span<const std::string> arguments) {
   Parser parser;
   if (arguments.empty()) {
     return usage_error(
-        "what shall it do? encode, decode, remesh, compare or info (see nacre --help)");
+        "what shall it do? encode, decode, remesh, compare, info, cut, stage or batch (see nacre --help)");
   }
   const std::string& verb = arguments.front();
   const bool known = std::ranges::find(kVerbs, verb) != kVerbs.end();
@@ -397,11 +508,14 @@ Result<Command> parse_command_line(std::span<const std::string> arguments) {
     return usage_error(
         fmt::format("{} '{}'{} (see nacre --help)", what, verb, did_you_mean(verb, kVerbs)));
   }
+  // Behind "--" a batch has options of encode, which are not its own.
+  const auto encode_options = verb == "batch" ? std::ranges::find(arguments, "--") : arguments.end();
+  const std::span<const std::string> words(arguments.begin(), encode_options);
   CLI::App* selected = known ? parser.app.get_subcommand(verb) : &parser.app;
   const std::string hint =
       fmt::format("(see nacre{}{} --help)", known ? " " : "", known ? verb : "");
   try {
-    std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // as CLI11 wants them
+    std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
     parser.app.parse(reversed);
   } catch (const CLI::CallForHelp&) {
     return Command(
@@ -409,8 +523,15 @@ Result<Command> parse_command_line(std::span<const std::string> arguments) {
   } catch (const CLI::CallForVersion& version) {
     return Command(PrintText{one_line(version.what()) + "\n"});
   } catch (const CLI::ParseError& error) {
-    const std::string what = describe_unknown(*selected, arguments.subspan(1), error.what());
+    const std::string what = describe_unknown(*selected, words.subspan(1), error.what());
     return usage_error(fmt::format("{} {}", one_line(what), hint));
+  }
+  if (verb == "batch") {
+    std::vector<std::string> rest(encode_options, arguments.end());
+    if (!rest.empty()) rest.erase(rest.begin());
+    Result<BatchCommand> batch = parser.batch.finish(std::move(rest));
+    if (!batch) return batch.error();
+    return Command(std::move(*batch));
   }
   return finish(parser, verb);
 }

@@ -15,6 +15,7 @@ enum ExitCode : int {
   kExitGoalUnreachable = 5,
   kExitLimit = 6,
   kExitCorruptStream = 7,  ///< .ncr damaged, cut short, or too new
+  kExitItemsFailed = 8,    ///< a batch ended, some of its scans failed or are missing
   kExitInterrupted = 75,   ///< EX_TEMPFAIL: try again
 };
 

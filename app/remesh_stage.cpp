@@ -23,17 +23,20 @@ const char* policy_name(remesh::RepairPolicy policy) {
   return kNames[static_cast<std::size_t>(policy)];
 }
 
-/// The options that each stage of the remesher depends on.
+/// The options that each stage of the remesher depends on. Bounds that the goal sets count only
+/// where the user has not said it all: then a change of the goal leaves these stages as they are.
 void set_stage_options(const RemeshSettings& settings, Dumper& dumper) {
   dumper.set_options(DumpStage::kClean,
                      fmt::format("{{\"repair\":\"{}\",\"semi_regular\":{}}}",
                                  policy_name(settings.repair), settings.semi_regular));
+  const bool free_base = settings.base_vertices == 0, free_levels = settings.levels == 0;
   dumper.set_options(
       DumpStage::kBase,
       fmt::format("{{\"base_vertices\":{},\"least_base_vertices\":{},\"most_base_vertices\":{},"
                   "\"levels\":{},\"least_triangles\":{},\"keep_triangles\":{}}}",
-                  settings.base_vertices, settings.least_base_vertices, settings.most_base_vertices,
-                  settings.levels, settings.least_triangles, settings.keep_triangles));
+                  settings.base_vertices, free_base ? settings.least_base_vertices : 0,
+                  free_base ? settings.most_base_vertices : 0, settings.levels,
+                  free_levels ? settings.least_triangles : 0, settings.keep_triangles));
 }
 
 /// A stage of the same run.

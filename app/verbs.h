@@ -12,8 +12,10 @@ namespace nacre::app {
 
 [[nodiscard]] Result<void> run_encode(const EncodeCommand& command, Console& console);
 [[nodiscard]] Result<void> run_decode(const DecodeCommand& command, Console& console);
+[[nodiscard]] Result<void> run_cut(const CutCommand& command, Console& console);
 [[nodiscard]] Result<void> run_remesh(const RemeshCommand& command, Console& console);
 [[nodiscard]] Result<void> run_compare(const CompareCommand& command, Console& console);
 [[nodiscard]] Result<void> run_info(const InfoCommand& command, Console& console);
+[[nodiscard]] Result<void> run_stage(const StageCommand& command, Console& console);
 
 }  // namespace nacre::app

@@ -186,7 +186,7 @@ Result<MappedScan> map_onto_base(CleanScan cleaned, const Options& options,
     return mapped;
   };
   if (options.keep_triangles)
-    return told(keep(std::move(cleaned), options.levels, "its own triangles are the base"));
+    return told(keep(std::move(cleaned), options.levels, ""));
   CleanScan whole;
   if (cleaned.scan.triangles.size() < static_cast<std::size_t>(kLeastTriangles)) whole = cleaned;
   auto mapped = simplify_and_map(std::move(cleaned), options, context);

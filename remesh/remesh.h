@@ -87,7 +87,7 @@ struct Options {
   std::size_t least_triangles = 0;
   /// ... if that is not more than 16 for each one of the scan.
   /// The scan's own triangles are the base mesh, as they are after cleaning; `levels` splits follow,
-  /// also if that is 0.
+  /// also if that is 0. No fallback, as it was asked for.
   bool keep_triangles = false;
   RepairPolicy repair = RepairPolicy::kSafe;
   /// See clean(). 0: every piece is kept.

@@ -34,12 +34,12 @@ std::string refused(const std::string& line) {
   return command.error().message;
 }
 
-TEST(ParseEncode, DefaultsToOneBitPerInputVertex) {
+TEST(ParseEncode, DefaultsToAQuality) {
   const auto command = parsed<EncodeCommand>("encode scan.ply -o out.ncr");
   EXPECT_EQ(command.scan, "scan.ply");
   EXPECT_EQ(command.output, "out.ncr");
-  EXPECT_FALSE(command.size_bytes.has_value());
-  EXPECT_EQ(command.bits_per_input_vertex, 1.0);
+  EXPECT_EQ(command.goal, (Goal{Goal::Kind::kQuality, 75}));
+  EXPECT_FALSE(command.has_goal);
   EXPECT_EQ(command.transform, wavelet::Transform::kButterfly);
   EXPECT_EQ(command.theta_degrees, 1.0);
   EXPECT_EQ(command.remesh.levels, 0);
@@ -55,8 +55,8 @@ TEST(ParseEncode, TakesEveryOption) {
   const auto command = parsed<EncodeCommand>(
       "encode --size 6Ki --profile paper --transform loop --theta 0.5 --levels 4 --base-vertices "
       "120 --repair strict --threads 2 --report r.json --samples 2000 -f -v -o out.ncr scan.obj");
-  EXPECT_EQ(command.size_bytes, 6144u);
-  EXPECT_FALSE(command.bits_per_input_vertex.has_value());
+  EXPECT_EQ(command.goal, (Goal{Goal::Kind::kSize, 6144}));
+  EXPECT_TRUE(command.has_goal);
   EXPECT_EQ(command.profile, codec::Profile::kPaper);
   EXPECT_EQ(command.transform, wavelet::Transform::kLoop);
   EXPECT_EQ(command.theta_degrees, 0.5);
@@ -71,18 +71,33 @@ TEST(ParseEncode, TakesEveryOption) {
   EXPECT_EQ(command.scan, "scan.obj");
 }
 
-TEST(ParseEncode, TakesBitsPerVertex) {
-  EXPECT_EQ(parsed<EncodeCommand>("encode a -o b.ncr --bits-per-vertex 0.25").bits_per_input_vertex,
-            0.25);
-  EXPECT_EQ(parsed<EncodeCommand>("encode a -o b.ncr --bits-per-vertex=8").bits_per_input_vertex,
-            8.0);
+TEST(ParseEncode, TakesEveryGoal) {
+  using Kind = Goal::Kind;
+  const auto goal = [](const std::string& words) {
+    return parsed<EncodeCommand>("encode a -o b.ncr " + words).goal;
+  };
+  EXPECT_EQ(goal("--bits-per-vertex 0.25"), (Goal{Kind::kBitsPerInputVertex, 0.25}));
+  EXPECT_EQ(goal("--bits-per-vertex=8"), (Goal{Kind::kBitsPerInputVertex, 8}));
+  EXPECT_EQ(goal("--bits-per-semi-regular-vertex 0.5"),
+            (Goal{Kind::kBitsPerSemiRegularVertex, 0.5}));
+  EXPECT_EQ(goal("--psnr 80.5"), (Goal{Kind::kPsnr, 80.5}));
+  EXPECT_EQ(goal("--quality 0"), (Goal{Kind::kQuality, 0}));
+  EXPECT_EQ(goal("--max-error 0.05"), (Goal{Kind::kMaxError, 0.05}));
+  EXPECT_EQ(goal("--max-error 0.02%"), (Goal{Kind::kMaxErrorPercent, 0.02}));
 }
 
 TEST(ParseEncode, RefusesWhatItCannotDo) {
   EXPECT_NE(refused("encode").find("SCAN"), std::string::npos);
   EXPECT_NE(refused("encode a").find("--output"), std::string::npos);
-  EXPECT_NE(refused("encode a -o b.ncr --size 4k --bits-per-vertex 1").find("excludes"),
-            std::string::npos);
+  for (const char* two : {"--size 4k --bits-per-vertex 1", "--psnr 80 --quality 50",
+                          "--max-error 1 --bits-per-semi-regular-vertex 1"}) {
+    EXPECT_NE(refused(std::string("encode a -o b.ncr ") + two).find("Goal"), std::string::npos);
+  }
+  for (const char* bad :
+       {"--quality 101", "--quality -1", "--quality nan", "--psnr 0", "--psnr inf", "--max-error 0",
+        "--max-error -1", "--max-error 5x", "--max-error nan", "--max-error %"}) {
+    refused(std::string("encode a -o b.ncr ") + bad);
+  }
   EXPECT_NE(refused("encode a -o b.ncr --size 4q").find("6Ki"), std::string::npos);
   refused("encode a b -o c.ncr");
   refused("encode a -o b.ncr -q -v");
@@ -118,16 +133,34 @@ TEST(Parse, GuessesWhatWasMeant) {
 
 TEST(ParseDecode, TakesLevelAndPartial) {
   const auto plain = parsed<DecodeCommand>("decode a.ncr -o b.ply");
-  EXPECT_EQ(plain.level, -1);
+  EXPECT_TRUE(plain.choice.is_all());
   EXPECT_FALSE(plain.partial);
   const auto command = parsed<DecodeCommand>("decode a.ncr -o b.glb --level 0 --partial -q");
   EXPECT_EQ(command.stream, "a.ncr");
   EXPECT_EQ(command.output, "b.glb");
-  EXPECT_EQ(command.level, 0);
+  EXPECT_EQ(command.choice.level, 0);
   EXPECT_TRUE(command.partial);
   EXPECT_EQ(command.common.verbosity, Verbosity::kQuiet);
   refused("decode a.ncr -o b.ply --level -1");
+  EXPECT_EQ(parsed<DecodeCommand>("decode a.ncr -o b.glb --bytes 6k").choice.bytes, 6000u);
+  const auto near = parsed<DecodeCommand>("decode a.ncr -o b.glb --max-error 0.5%");
+  EXPECT_EQ(near.choice.max_error->value, 0.5);
+  EXPECT_TRUE(near.choice.max_error->is_percent);
+  refused("decode a.ncr -o b.ply --bytes 6k --max-error 1");
+  refused("decode a.ncr -o b.ply --level 1 --max-error 1");
   refused("decode a.ncr");
+}
+
+TEST(ParseCut, NeedsAPlace) {
+  const auto command = parsed<CutCommand>("cut a.ncr --size 6Ki -o b.ncr -f");
+  EXPECT_EQ(command.choice.bytes, 6144u);
+  EXPECT_TRUE(command.common.overwrite);
+  EXPECT_FALSE(command.partial);
+  EXPECT_EQ(parsed<CutCommand>("cut a.ncr --level 2 -o b.ncr").choice.level, 2);
+  EXPECT_TRUE(parsed<CutCommand>("cut a.ncr --partial -o b.ncr").partial);
+  EXPECT_NE(refused("cut a.ncr -o b.ncr").find("--size"), std::string::npos);
+  refused("cut a.ncr --size 1k");
+  refused("cut a.ncr --size 1k --level 2 -o b.ncr");
 }
 
 TEST(ParseRemesh, SharesTheRemeshOptions) {
@@ -175,6 +208,10 @@ TEST(ParseCompare, TakesMapAndPicture) {
   EXPECT_EQ(command.view.azimuth_deg, -90);
   refused("compare a");
   refused("compare a b --samples 10");
+  EXPECT_FALSE(plain.certify);
+  EXPECT_EQ(parsed<CompareCommand>("compare a b --certify").certify_percent, 1);
+  refused("compare a b --certify-tolerance 2");
+  refused("compare a b --certify --certify-tolerance 101");
   refused("compare a b --map-max 1");
   refused("compare a b --map m.ply --map-max 0");
   refused("compare a b --up z");
@@ -194,10 +231,11 @@ TEST(ParseHelp, TeachesByExamples) {
   }
 }
 
-TEST(ParseHelp, ListsNoGoalThatIsNotThere) {
+TEST(ParseHelp, ListsEveryGoal) {
   const std::string help = parsed<PrintText>("encode --help").text;
-  for (const char* later : {"--psnr", "--max-error", "--quality"}) {
-    EXPECT_EQ(help.find(later), std::string::npos) << later;
+  for (const char* goal : {"--size", "--bits-per-vertex", "--bits-per-semi-regular-vertex",
+                           "--psnr", "--max-error", "--quality"}) {
+    EXPECT_NE(help.find(goal), std::string::npos) << goal;
   }
 }
 

@@ -26,7 +26,7 @@ EncodeRun example_run() {
   EncodeRun run;
   run.command.scan = "dir/scan.ply";
   run.command.output = "dir/scan.ncr";
-  run.command.size_bytes = 4000;
+  run.command.goal = {Goal::Kind::kSize, 4000};
   run.target_bytes = 4000;
   run.input.file = "dir/scan.ply";
   run.input.read.format = "ply-le";

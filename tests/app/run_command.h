@@ -57,6 +57,14 @@ class Running {
   }
   void interrupt() const { kill(pid_, SIGINT); }
 
+  /// SIGKILL, and its end. False if it had ended before.
+  bool kill_hard() {
+    kill(pid_, SIGKILL);
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    return WIFSIGNALED(status);
+  }
+
   Outcome wait() {
     int status = 0;
     waitpid(pid_, &status, 0);

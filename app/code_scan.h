@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "app/goal_search.h"
+#include "app/remesh_stage.h"
+
+/// The mesh and the file for a goal: what for_size() proposes, and others where it does not do.
+namespace nacre::app {
+
+/// Settings for the first mesh to try: what the user asks for, or what the goal does.
+[[nodiscard]] RemeshSettings first_settings(const EncodeCommand& command, const InputFacts& input);
+
+/// Codes the mesh that `prepared` has. If the user has set nothing about the mesh, and the goal
+/// cannot be reached with this one, others are tried and `prepared` gets the one that was taken:
+///   - the base mesh alone is too large: smaller and smaller ones;
+///   - too near the scan for any semi-regular mesh, or so large a file that it may not pay: the
+///     scan's own triangles, as a base mesh without levels.
+///
+/// Errors   kGoalUnreachable with the nearest that can be had and how; others as code_for_goal().
+[[nodiscard]] Result<Coded> code_scan(const EncodeCommand& command, Prepared& prepared,
+                                      const Reference& reference, StageClock& clock,
+                                      Console& console);
+
+}  // namespace nacre::app

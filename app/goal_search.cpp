@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// One number, the fineness, decides a file: log2(diagonal / step) for profile best, log2(bytes) for
+// the others, which know no other goal than a size. PSNR grows with it by 3 to 6 dB a unit, the
+// maximum error falls about as fast but less evenly; so the search is along a line.
+#include "app/goal_search.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "app/files.h"
+#include "app/remesh_stage.h"
+#include "app/sizes.h"
+#include "codec/comparators.h"
+#include "codec/decode.h"
+
+namespace nacre::app {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// How far over its goal a PSNR may be, dB, and where within that the search aims.
+constexpr double kTolerance = 0.1, kAim = 0.04;
+constexpr double kUsualSlope = 4.2;  // dB per unit of fineness
+constexpr double kMostStride = 3;
+constexpr int kMostTrials = 16;
+/// Brackets narrower than this are not searched any further.
+constexpr double kNarrow = 1.0 / 256;
+/// A unit of fineness that gains less than this, dB: the mesh itself is what is left.
+constexpr double kLeastSlope = 0.15;
+/// No mesh has use for finer steps than this.
+constexpr double kFinest = 40;
+/// Samples miss the very maximum; so the first aim is this much below the goal, dB.
+constexpr double kMissed = 0.1;
+constexpr int kMostProofs = 8;
+
+/// A file may stay this much below its size; else there is nothing more to code.
+constexpr double kUnused = 1.0 / 200;
+
+/// An error here is the coder's fault, not the stream's.
+Result<TriangleMesh> decode_again(const codec::Encoded& encoded) {
+  const Result<SemiRegularMesh> decoded = codec::decode(encoded.bytes, decoding_options());
+  Result<TriangleMesh> mesh = decoded ? to_triangles(*decoded) : decoded.error();
+  if (mesh) return mesh;
+  return Error{ErrorCode::kNoConvergence,
+               fmt::format("the coded scan does not decode ({}); please report this scan",
+                           mesh.error().message)};
+}
+
+double decibels(double ratio) { return 20 * std::log10(ratio); }
+
+/// Makes files of one mesh.
+class Coder {
+ public:
+  Coder(const EncodeCommand& command, const SemiRegularMesh& mesh, const Reference& reference,
+        Console& console)
+      : command_(command), mesh_(mesh), reference_(reference), console_(console) {
+    options_.profile = command.profile;
+    options_.effort = command.effort;
+    options_.transform = command.transform;
+    options_.theta_degrees = command.theta_degrees;
+  }
+
+  [[nodiscard]] bool has_steps() const { return options_.profile == codec::Profile::kBest; }
+  [[nodiscard]] double diagonal() const { return reference_.surface.bbox_diagonal(); }
+
+  Result<Coded> of_size(std::uint64_t bytes) const {
+    codec::EncodeOptions options = options_;
+    options.target_bytes = bytes;
+    return code(options);
+  }
+  Result<Coded> of_step(double step) const {
+    codec::EncodeOptions options = options_;
+    options.step = step;
+    return code(options);
+  }
+  Result<Coded> of_fineness(double fineness) const {
+    if (has_steps()) return of_step(diagonal() * std::exp2(-fineness));
+    return of_size(static_cast<std::uint64_t>(std::exp2(fineness)));
+  }
+  /// The fineness that usually leads to a PSNR.
+  [[nodiscard]] double usual_fineness(double psnr_db) const {
+    const double step = usual_step(psnr_db);
+    return has_steps() ? -std::log2(step) : std::log2(usual_bytes(step));
+  }
+
+ private:
+  Result<Coded> code(const codec::EncodeOptions& options) const {
+    Result<codec::Encoded> encoded = codec::encode(mesh_, options, console_.context());
+    if (!encoded) return in_file(encoded.error(), command_.scan);
+    if (options.target_bytes != 0 && encoded->bytes.size() > options.target_bytes) {
+      return Error{
+          ErrorCode::kNoConvergence,
+          fmt::format("{}: coded to {} bytes, over the {} asked for", command_.scan.string(),
+                      encoded->bytes.size(), options.target_bytes)};
+    }
+    Result<Coded> coded = measured(command_, std::move(encoded), reference_, console_);
+    if (coded) coded->options = options;
+    return coded;
+  }
+
+  const EncodeCommand& command_;
+  const SemiRegularMesh& mesh_;
+  const Reference& reference_;
+  Console& console_;
+  codec::EncodeOptions options_;
+};
+
+/// What a search is after, in dB: the PSNR, or the PSNR of the maximum error.
+double psnr_of(const Coded& coded) { return coded.distance.psnr_db; }
+double maximum_psnr_of(const Coded& coded) {
+  const double maximum = coded.maximum_error();
+  return maximum > 0 ? decibels(coded.distance.bbox_diagonal / maximum) : kInfinity;
+}
+
+/// The smallest file of at least so many dB.
+class LineSearch {
+ public:
+  LineSearch(const Coder& coder, double (*measure)(const Coded&), Console& console)
+      : coder_(coder), measure_(measure), console_(console) {}
+
+  /// From a first guess. `reached` says whether it worked; if not, the result is the nearest.
+  Result<Coded> run(double goal, double fineness);
+
+ private:
+  struct End {
+    double fineness, db;
+  };
+  [[nodiscard]] double next(double goal) const;
+  void note(Coded trial, double fineness, double db, double goal);
+
+  const Coder& coder_;
+  double (*measure_)(const Coded&);
+  Console& console_;
+  std::optional<End> below_, above_;  // nearest finenesses that do not and that do reach the goal
+  std::optional<Coded> best_, nearest_;
+  bool is_stalled_ = false;
+};
+
+double LineSearch::next(double goal) const {
+  const double aim = goal + kAim;
+  if (below_ && above_) {
+    const double share = (aim - below_->db) / std::max(above_->db - below_->db, 1e-9);
+    return below_->fineness + (above_->fineness - below_->fineness) * std::clamp(share, 0.1, 0.9);
+  }
+  if (below_)
+    return std::min(
+        below_->fineness + std::clamp((aim - below_->db) / kUsualSlope, 0.05, kMostStride),
+        kFinest);
+  return above_->fineness - std::clamp((above_->db - aim) / kUsualSlope, 0.05, kMostStride);
+}
+
+void LineSearch::note(Coded trial, double fineness, double db, double goal) {
+  if (db >= goal) {
+    if (!above_ || fineness < above_->fineness) above_ = End{fineness, db};
+    const auto rank = [&](const Coded& coded) {
+      return std::pair(measure_(coded) > goal + kTolerance, coded.encoded.bytes.size());
+    };
+    if (!best_ || rank(trial) < rank(*best_)) best_ = std::move(trial);
+    return;
+  }
+  if (!above_ && below_ && fineness > below_->fineness) {
+    const double slope = (db - below_->db) / (fineness - below_->fineness);
+    is_stalled_ = slope < kLeastSlope && goal - db > slope;
+  }
+  if (!below_ || fineness > below_->fineness) below_ = End{fineness, db};
+  if (!nearest_ || db > measure_(*nearest_)) nearest_ = std::move(trial);
+}
+
+Result<Coded> LineSearch::run(double goal, double fineness) {
+  for (int i = 0; i < kMostTrials && !is_stalled_; ++i) {
+    if (Result<void> go_on = check_cancelled(console_); !go_on) return go_on.error();
+    Result<Coded> trial = coder_.of_fineness(fineness);
+    if (!trial && trial.error().code == ErrorCode::kGoalUnreachable) {
+      // Too small for the base mesh: what it needs is the least there is.
+      fineness = std::log2(static_cast<double>(trial.error().where) + 0.5);
+      trial = coder_.of_fineness(fineness);
+    }
+    if (!trial) return trial.error();
+    const double db = measure_(*trial);
+    console_.detail(fmt::format("trial {}: {} -> {:.2f} dB of {:.2f}", i + 1,
+                                format_bytes(trial->encoded.bytes.size()), db, goal));
+    const std::size_t bytes = trial->encoded.bytes.size();
+    const bool is_smallest = best_ && !below_ && bytes == best_->encoded.bytes.size();
+    note(std::move(*trial), fineness, db, goal);
+    if (db >= goal && (db <= goal + kTolerance || is_smallest)) break;
+    if (below_ && above_ && above_->fineness - below_->fineness < kNarrow) break;
+    if (below_ && !above_ && below_->fineness >= kFinest) break;
+    fineness = next(goal);
+  }
+  if (best_) return std::move(*best_);
+  nearest_->reached = false;
+  return std::move(*nearest_);
+}
+
+Result<Coded> reach_psnr(const Coder& coder, double goal, Console& console) {
+  LineSearch search(coder, psnr_of, console);
+  Result<Coded> coded = search.run(goal, coder.usual_fineness(goal));
+  if (!coded || coded->reached) return coded;
+  coded->remark = fmt::format("{:.2f} dB of the {:g} asked for", coded->distance.psnr_db, goal);
+  return coded;
+}
+
+Result<Coded> reach_maximum(const Coder& coder, const Reference& reference, double goal,
+                            Console& console) {
+  double aim = decibels(coder.diagonal() / goal) + kMissed;
+  double fineness = coder.usual_fineness(aim + decibels(kUsualMaximumPerRms));
+  Result<Coded> coded = Error{ErrorCode::kNoConvergence, "no trial"};
+  for (int proof = 0; proof < kMostProofs; ++proof) {
+    LineSearch search(coder, maximum_psnr_of, console);
+    coded = search.run(aim, fineness);
+    if (!coded || !coded->reached) break;
+    Result<metric::Certified> certified = certify(reference, *coded, console, goal);
+    if (!certified) return certified.error();
+    if (certified->upper() <= goal) {
+      coded->certified = std::move(*certified);
+      return coded;
+    }
+    // The bound is loose where it gave up; what was met beyond the goal is not.
+    const double found = std::max(certified->lower(), goal);
+    aim += std::max(decibels(found / goal), 0.1);
+    if (coder.has_steps()) fineness = std::log2(coder.diagonal() / coded->options.step) + 0.05;
+    console.detail(fmt::format("the maximum is {:.4g} somewhere, searching on", found));
+  }
+  if (!coded) return coded;
+  coded->reached = false;
+  coded->remark = fmt::format("a maximum error of {:.4g} where {:.4g} was asked for",
+                              coded->maximum_error(), goal);
+  return coded;
+}
+
+Result<Coded> reach_size(const Coder& coder, std::uint64_t bytes, std::size_t reserved) {
+  Result<Coded> coded = coder.of_size(bytes > reserved ? bytes - reserved : 1);
+  if (!coded) {
+    if (coded.error().code != ErrorCode::kGoalUnreachable) return coded;
+    Error error = coded.error();
+    error.where += reserved;
+    return error;
+  }
+  coded->size_limit = bytes;
+  const std::size_t size = coded->encoded.bytes.size() + reserved;
+  if (static_cast<double>(size) < (1 - kUnused) * static_cast<double>(bytes))
+    coded->remark = fmt::format("{} is all that this mesh can use", format_bytes(size));
+  return coded;
+}
+
+std::uint64_t bytes_of(double bits_per_vertex, std::size_t vertices) {
+  constexpr double kMost = 1e18;  // fits std::uint64_t
+  const double bytes = std::floor(bits_per_vertex * static_cast<double>(vertices) / 8);
+  return static_cast<std::uint64_t>(std::clamp(bytes, 1.0, kMost));
+}
+
+}  // namespace
+
+double Coded::maximum_error() const {
+  return std::max(distance.a_to_b.maximum, distance.b_to_a.maximum);
+}
+
+codec::DecodeOptions decoding_options() {
+  codec::DecodeOptions options;
+  options.comparators = codec::decode_comparator_bands;
+  return options;
+}
+
+Result<Coded> measured(const EncodeCommand& command, Result<codec::Encoded> encoded,
+                       const Reference& reference, Console& console) {
+  if (!encoded) return encoded.error();
+  const Result<TriangleMesh> decoded = decode_again(*encoded);
+  if (!decoded) return in_file(decoded.error(), command.scan);
+  Coded coded;
+  coded.encoded = std::move(*encoded);
+  if (!has_area(*decoded)) {  // all of it in one place: of no quality at all
+    coded.distance.bbox_diagonal = reference.surface.bbox_diagonal();
+    coded.distance.a_to_b.maximum = coded.distance.bbox_diagonal;
+    return coded;
+  }
+  metric::Options sampling;
+  sampling.samples = command.samples;
+  Result<metric::Comparison> distance =
+      metric::compare(reference.scan, reference.surface, *decoded, sampling, console.context());
+  if (!distance) return surface_error(distance.error(), command.scan);
+  coded.distance = std::move(*distance);
+  return coded;
+}
+
+Result<metric::Certified> certify(const Reference& reference, const Coded& coded, Console& console,
+                                  double give_up_above) {
+  const Result<TriangleMesh> decoded = decode_again(coded.encoded);
+  if (!decoded) return decoded.error();
+  metric::CertifyOptions options;
+  options.give_up_above = give_up_above;
+  return metric::certified_distance(reference.scan, reference.surface, *decoded, options,
+                                    console.context());
+}
+
+Result<Coded> code_for_goal(const EncodeCommand& command, const InputFacts& input,
+                            const SemiRegularMesh& mesh, const Reference& reference,
+                            const Reserve& reserve, Console& console) {
+  const Coder coder(command, mesh, reference, console);
+  const Goal& goal = command.goal;
+  const auto of_size = [&](std::uint64_t bytes) {
+    return reach_size(coder, bytes, reserve(bytes, mesh.level_count));
+  };
+  switch (goal.kind) {
+    case Goal::Kind::kSize:
+      return of_size(static_cast<std::uint64_t>(goal.value));
+    case Goal::Kind::kBitsPerInputVertex:
+      return of_size(bytes_of(goal.value, input.goal_vertices));
+    case Goal::Kind::kBitsPerSemiRegularVertex:
+      return of_size(bytes_of(goal.value, mesh.positions.size()));
+    case Goal::Kind::kQuality:
+      if (coder.has_steps()) return coder.of_step(coder.diagonal() * step_of_quality(goal.value));
+      return reach_psnr(coder, usual_psnr_db(step_of_quality(goal.value)), console);
+    case Goal::Kind::kPsnr:
+      return reach_psnr(coder, goal.value, console);
+    case Goal::Kind::kMaxError:
+      return reach_maximum(coder, reference, goal.value, console);
+    case Goal::Kind::kMaxErrorPercent:
+      return reach_maximum(coder, reference, goal.value / 100 * coder.diagonal(), console);
+  }
+  return Error{ErrorCode::kBadInput, "unknown goal"};
+}
+
+}  // namespace nacre::app
