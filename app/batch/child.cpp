@@ -33,7 +33,8 @@ constexpr auto kThreadsPoll = std::chrono::milliseconds(100);
 
 void unmap(std::atomic<int>* shared) { ::munmap(shared, sizeof(*shared)); }
 
-/// First in line for the kernel when memory runs out, so that the scheduler and its neighbours stay.
+/// First in line for the kernel when memory runs out, so that the scheduler and its neighbours
+/// stay.
 void offer_to_oom_killer() {
   const int file = ::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC);
   if (file < 0) return;

@@ -25,8 +25,9 @@ struct ChildEnd {
 /// runs out of memory.
 class Child {
  public:
-  /// Runs `work(threads)` in a copy of this process, which must have one thread, and leaves with its
-  /// result as the exit code. stderr goes to a file. Errors   kCannotWrite: no process, no file.
+  /// Runs `work(threads)` in a copy of this process, which must have one thread, and leaves with
+  /// its result as the exit code. stderr goes to a file. Errors   kCannotWrite: no process, no
+  /// file.
   [[nodiscard]] static Result<Child> start(const std::function<int()>& work, int threads,
                                            const std::filesystem::path& stderr_file);
 

@@ -18,10 +18,10 @@ struct PlanCommand {
   std::filesystem::path output_dir;  ///< empty: "ncr" beside the manifest
   /// Patterns over the path below `source`, see glob.h. No `include`: every known extension.
   std::vector<std::string> include, exclude;
-  std::filesystem::path options_file;        ///< TOML, see option_rules.h; empty: none
-  std::vector<std::string> rules;            ///< "PATTERN=OPTIONS", after those of the file
-  std::vector<std::string> encode_options;   ///< for all, e.g. {"--size", "6k"}
-  bool overwrite = false;                    ///< the manifest
+  std::filesystem::path options_file;       ///< TOML, see option_rules.h; empty: none
+  std::vector<std::string> rules;           ///< "PATTERN=OPTIONS", after those of the file
+  std::vector<std::string> encode_options;  ///< for all, e.g. {"--size", "6k"}
+  bool overwrite = false;                   ///< the manifest
 };
 
 struct RunCommand {

@@ -20,8 +20,8 @@ namespace nacre::app::batch {
                                        const Item& item, const std::filesystem::path& work,
                                        int threads, bool force, const std::atomic<bool>& cancel);
 
-/// PNG in base64 of what a .ncr file decodes to, at a level coarse enough to be quick; empty if that
-/// fails, for a batch does not stop for a picture.
+/// PNG in base64 of what a .ncr file decodes to, at a level coarse enough to be quick; empty if
+/// that fails, for a batch does not stop for a picture.
 [[nodiscard]] std::string thumbnail_of(const std::filesystem::path& stream);
 
 }  // namespace nacre::app::batch

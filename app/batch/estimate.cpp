@@ -10,9 +10,9 @@
 namespace nacre::app::batch {
 namespace {
 
-// Measured with --threads 1, see README.md. The fixed parts are what coding takes whatever the scan:
-// the semi-regular mesh has a size of its own, which grows in steps of four, most for scans below
-// some 400,000 triangles.
+// Measured with --threads 1, see README.md. The fixed parts are what coding takes whatever the
+// scan: the semi-regular mesh has a size of its own, which grows in steps of four, most for scans
+// below some 400,000 triangles.
 constexpr double kSecondsPerScan = 8, kSecondsPerTriangle = 1.5e-4;
 constexpr std::uint64_t kBytesPerScan = 350'000'000;
 constexpr std::uint64_t kBytesPerTriangle = 2'300, kBytesPerFurtherTriangle = 700;

@@ -35,7 +35,7 @@ Result<std::string> hash_file(const std::filesystem::path& file) {
                                                            &std::fclose);
   if (!in) return failed();
   const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
-                                                                             &XXH3_freeState);
+                                                                              &XXH3_freeState);
   XXH3_128bits_reset(state.get());
   std::vector<char> chunk(kChunkBytes);
   std::setvbuf(in.get(), nullptr, _IONBF, 0);

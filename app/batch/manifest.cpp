@@ -55,7 +55,7 @@ std::string read_item(const Json& json, Item& item) {
   }
   const auto count = [&](const char* key) {
     return json.contains(key) && json[key].is_number_unsigned() ? json[key].get<std::uint64_t>()
-                                                               : 0;
+                                                                : 0;
   };
   item.file_bytes = count("file_bytes");
   item.triangles = count("triangles");
@@ -66,9 +66,10 @@ std::string read_item(const Json& json, Item& item) {
 
 std::string read_head(const Json& json, Manifest& manifest) {
   if (!is_text(json, "schema") || json["schema"] != kSchema) {
-    return fmt::format("is no batch manifest of this version (wants schema {}); make it again with "
-                       "nacre batch plan",
-                       kSchema);
+    return fmt::format(
+        "is no batch manifest of this version (wants schema {}); make it again with "
+        "nacre batch plan",
+        kSchema);
   }
   if (!is_text(json, "input_root") || !is_text(json, "output_root")) {
     return R"(needs "input_root" and "output_root", both text)";
@@ -98,8 +99,9 @@ std::string to_json_lines(const Manifest& manifest) {
 Result<Manifest> read_manifest(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in || fs::is_directory(file)) {
-    return Error{ErrorCode::kUnreadableFile,
-                 fmt::format("{}: no such manifest; make one with nacre batch plan", file.string())};
+    return Error{
+        ErrorCode::kUnreadableFile,
+        fmt::format("{}: no such manifest; make one with nacre batch plan", file.string())};
   }
   Manifest manifest;
   std::size_t number = 0;

@@ -61,23 +61,28 @@ Result<int> run_status(const StatusCommand& command, Console&) {
   }
   const int live = count_live(store.work());
   if (command.json) {
-    const Json json = {{"schema", "nacre-batch-status/0"}, {"scans", t.scans},
-                       {"done", t.done},                   {"failed", t.failed},
-                       {"foreign", t.foreign},             {"missing", t.missing},
-                       {"processes", live},                {"estimated_seconds_left", left}};
+    const Json json = {{"schema", "nacre-batch-status/0"},
+                       {"scans", t.scans},
+                       {"done", t.done},
+                       {"failed", t.failed},
+                       {"foreign", t.foreign},
+                       {"missing", t.missing},
+                       {"processes", live},
+                       {"estimated_seconds_left", left}};
     std::fputs(dump_json(json).c_str(), stdout);
   } else {
-    std::fputs(fmt::format("{} scans: {} done, {} failed, {} to do (about {:.1f} hours on one "
-                           "thread); {} processes at work\n",
-                           format_count(t.scans), format_count(t.done),
-                           format_count(t.failed + t.foreign), format_count(t.missing), left / 3600,
-                           live)
-                   .c_str(),
-               stdout);
+    std::fputs(
+        fmt::format("{} scans: {} done, {} failed, {} to do (about {:.1f} hours on one "
+                    "thread); {} processes at work\n",
+                    format_count(t.scans), format_count(t.done), format_count(t.failed + t.foreign),
+                    format_count(t.missing), left / 3600, live)
+            .c_str(),
+        stdout);
     for (const Row& row : rows) {
       if (row.state == State::kDone || (row.state == State::kToDo && !row.failure)) continue;
-      std::fputs(fmt::format("{}: {}: {}\n", name_of(row.state), row.item.scan, reason(row)).c_str(),
-                 stdout);
+      std::fputs(
+          fmt::format("{}: {}: {}\n", name_of(row.state), row.item.scan, reason(row)).c_str(),
+          stdout);
     }
   }
   return t.failed + t.foreign > 0 ? int{kExitItemsFailed} : int{kExitDone};

@@ -27,7 +27,7 @@ namespace {
 constexpr std::array<std::string_view, 5> kGoals = {"--size", "--bits-per-vertex", "--psnr",
                                                     "--max-error", "--quality"};
 constexpr std::array<std::string_view, 12> kOwn = {
-    "-o", "--output", "-f",        "--force", "-q",         "--quiet",
+    "-o", "--output",  "-f",       "--force", "-q",         "--quiet",
     "-v", "--verbose", "--report", "--dump",  "--work-dir", "--threads"};
 /// Marks an option that a rule takes away again.
 constexpr const char* kRemoved = "\0removed";
@@ -72,8 +72,7 @@ Result<OptionRule> rule_of(const toml::table& table, const std::string& file, bo
     } else {
       Result<std::string> value = value_word(node);
       if (!value) {
-        return bad(
-            fmt::format("{}: line {}: '{}' {}", file, line, name, value.error().message));
+        return bad(fmt::format("{}: line {}: '{}' {}", file, line, name, value.error().message));
       }
       option.push_back(*value);
     }

@@ -103,8 +103,7 @@ Result<Listing> read_list(const fs::path& list) {
 
 bool wanted(const PlanCommand& command, const std::string& file, bool listed) {
   const auto named_by = [&](const std::vector<std::string>& patterns) {
-    return std::ranges::any_of(patterns,
-                               [&](const std::string& p) { return glob_match(p, file); });
+    return std::ranges::any_of(patterns, [&](const std::string& p) { return glob_match(p, file); });
   };
   if (named_by(command.exclude)) return false;
   return command.include.empty() ? listed || is_scan_name(file) : named_by(command.include);

@@ -196,8 +196,8 @@ Result<void> Store::write(const Item& item, const Record& record, const fs::path
 }
 
 Result<void> Store::write(const Item& item, const Failure& failure, const fs::path& work) const {
-  const Json json = {{"schema", kFailureSchema},     {"key", failure.key},
-                     {"attempts", failure.attempts}, {"final", failure.final},
+  const Json json = {{"schema", kFailureSchema},       {"key", failure.key},
+                     {"attempts", failure.attempts},   {"final", failure.final},
                      {"exit_code", failure.exit_code}, {"signal", failure.signal},
                      {"message", failure.message}};
   return write_object(state_file(folder_, "failures", item), json, work);

@@ -56,7 +56,8 @@ struct Failure {
 [[nodiscard]] std::string content_key(const std::string& input_hash,
                                       const std::vector<std::string>& options);
 
-/// The same for attempts, which must not read the input to know: its stamp in the place of its hash.
+/// The same for attempts, which must not read the input to know: its stamp in the place of its
+/// hash.
 [[nodiscard]] std::string failure_key(const FileStamp& input,
                                       const std::vector<std::string>& options);
 
@@ -103,8 +104,8 @@ enum class State : std::uint8_t {
   kFailed,   ///< tried and given up
 };
 
-/// Reads records and the output, which is small. The input is read only if `verify`, or if its stamp
-/// is not the recorded one and `read_changed`; without, such an item is to do.
+/// Reads records and the output, which is small. The input is read only if `verify`, or if its
+/// stamp is not the recorded one and `read_changed`; without, such an item is to do.
 [[nodiscard]] State state_of(const Store& store, const Manifest& manifest, const Item& item,
                              bool verify, bool read_changed);
 

@@ -26,17 +26,17 @@ ToDo find_to_do(const Manifest& manifest, const Store& store, const RunCommand& 
   for (const std::size_t i : shard_items(manifest, command.shard, command.shard_count)) {
     const Item& item = manifest.items[i];
     if (command.retry_failed) store.forget_failure(item);
-    const State state = command.overwrite
-                            ? State::kToDo
-                            : state_of(store, manifest, item, command.verify, false);
+    const State state =
+        command.overwrite ? State::kToDo : state_of(store, manifest, item, command.verify, false);
     if (state == State::kDone) ++found.done;
     if (state == State::kFailed) ++found.failed;
     if (state == State::kToDo) found.items.push_back(i);
     if (state == State::kForeign) {
       ++found.foreign;
-      console.warning(fmt::format("{}: exists already and was made by no batch; move it away, or "
-                                  "use -f to overwrite it",
-                                  output_path(manifest, item).string()));
+      console.warning(
+          fmt::format("{}: exists already and was made by no batch; move it away, or "
+                      "use -f to overwrite it",
+                      output_path(manifest, item).string()));
     }
   }
   return found;
@@ -47,8 +47,8 @@ Limits limits_of(const RunCommand& command) {
   limits.threads = command.threads > 0 ? command.threads : usable_threads();
   limits.jobs = command.jobs > 0 ? command.jobs : limits.threads;
   const std::uint64_t free = usable_memory();
-  limits.bytes = command.max_memory.value_or(
-      free > 0 ? free : std::numeric_limits<std::uint64_t>::max());
+  limits.bytes =
+      command.max_memory.value_or(free > 0 ? free : std::numeric_limits<std::uint64_t>::max());
   return limits;
 }
 

@@ -138,8 +138,8 @@ Result<void> Runner::start(const Job& job) {
     if (share.item == job.item) threads = share.threads;
   }
   const auto work = [&]() -> int {
-    const Result<void> done = encode_item(store_, manifest_, item, folder, threads, force,
-                                          install_interrupt_handler());
+    const Result<void> done =
+        encode_item(store_, manifest_, item, folder, threads, force, install_interrupt_handler());
     if (done) return kExitDone;
     std::fprintf(stderr, "%s\n", done.error().message.c_str());
     return exit_code(done.error().code);
@@ -174,8 +174,8 @@ Result<void> Runner::ended(std::size_t item, const ChildEnd& end, const Active& 
     return {};
   }
   if (active.over_memory && !active.alone) {
-    const auto more = static_cast<std::uint64_t>(kGrowthAfterKill *
-                                                 static_cast<double>(active.peak_bytes));
+    const auto more =
+        static_cast<std::uint64_t>(kGrowthAfterKill * static_cast<double>(active.peak_bytes));
     schedule_.finish_and_repeat(item, std::max(more, estimated_bytes(manifest_.items[item])));
     console_.detail(fmt::format("{}: put off, memory was short", place(item)));
     return {};
@@ -198,11 +198,10 @@ void Runner::finished_well(std::size_t item, const Active& active) {
   seconds_done_ += estimated_seconds(manifest_.items[item]);
   const std::optional<Record> record = store_.record(manifest_.items[item]);
   if (record) {
-    console_.note(fmt::format(
-        "{}: {} -> {}, PSNR {}, {:.1f} s, {}", place(item), format_bytes(record->input.bytes),
-        format_bytes(record->output_bytes),
-        record->psnr_db ? fmt::format("{:.2f} dB", *record->psnr_db) : "-",
-        seconds_since(active.begin), format_bytes(record->peak_bytes)));
+    console_.note(fmt::format("{}: {} -> {}, PSNR {}, {:.1f} s, {}", place(item),
+                              format_bytes(record->input.bytes), format_bytes(record->output_bytes),
+                              record->psnr_db ? fmt::format("{:.2f} dB", *record->psnr_db) : "-",
+                              seconds_since(active.begin), format_bytes(record->peak_bytes)));
   }
 }
 
@@ -226,19 +225,17 @@ Result<void> Runner::failed(std::size_t item, const ChildEnd& end, const Active&
                           format_bytes(limits_.bytes))
             : fmt::format("took longer than --timeout ({} s)", command_.timeout_seconds);
   } else if (end.signal != 0) {
-    failure.message = fmt::format(
-        "killed by signal {} ({}){}{}", end.signal, strsignal(end.signal),
-        end.signal == SIGKILL ? ", probably because the machine ran out of memory" : "",
-        failure.message.empty() ? "" : "; its last words: " + failure.message);
+    failure.message =
+        fmt::format("killed by signal {} ({}){}{}", end.signal, strsignal(end.signal),
+                    end.signal == SIGKILL ? ", probably because the machine ran out of memory" : "",
+                    failure.message.empty() ? "" : "; its last words: " + failure.message);
   }
   failure.final = active.over_memory || active.timed_out || is_final(end.exit_code) ||
                   failure.attempts >= kMostAttempts;
   if (Result<void> ok = store_.write(entry, failure, work_); !ok) return ok;
-  console_.warning(fmt::format("{}: failed with exit code {}: {}{}", place(item),
-                               failure.exit_code, failure.message,
-                               failure.final ? ""
-                                             : fmt::format(" (attempt {} of {})", failure.attempts,
-                                                           kMostAttempts)));
+  console_.warning(fmt::format(
+      "{}: failed with exit code {}: {}{}", place(item), failure.exit_code, failure.message,
+      failure.final ? "" : fmt::format(" (attempt {} of {})", failure.attempts, kMostAttempts)));
   if (!failure.final) {
     // A scan that died of memory is given more room the next time.
     const std::uint64_t more = end.signal == SIGKILL ? 2 * active.peak_bytes : 0;

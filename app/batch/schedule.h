@@ -29,7 +29,8 @@ struct Limits {
 /// longest running ones whenever nothing else can start, as at the end of a batch.
 ///
 /// Ensures  (1) the expected bytes of what runs are within the limit, unless one runs alone
-///          (2) at most `jobs` run, and with threads() together on at most `threads`, or on one each
+///          (2) at most `jobs` run, and with threads() together on at most `threads`, or on one
+///          each
 ///              if jobs > threads
 ///          (3) something can start whenever nothing runs and not all is done
 class Schedule {

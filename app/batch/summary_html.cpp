@@ -138,9 +138,9 @@ std::string row_html(const Row& row) {
 }
 
 std::string totals_html(const Totals& t) {
-  const double ratio = t.output_bytes > 0 ? static_cast<double>(t.input_bytes) /
-                                                static_cast<double>(t.output_bytes)
-                                          : 0;
+  const double ratio =
+      t.output_bytes > 0 ? static_cast<double>(t.input_bytes) / static_cast<double>(t.output_bytes)
+                         : 0;
   return fmt::format(
       "<ul class=\"totals\"><li>{} scans</li><li>{} done</li><li>{} failed</li><li>{} missing</li>"
       "<li>{} faces</li><li>{} &rarr; {} ({:.1f}&times;)</li><li>{:.1f} s of encoding, {:.1f} s of "
@@ -172,8 +172,9 @@ std::string summary_html(const std::vector<Row>& rows) {
                                                 {"options", true}}};
   std::string html(kHead);
   html += totals_html(totals_of(rows));
-  html += "<p><input type=\"search\" aria-label=\"show rows with\" placeholder=\"show rows with "
-          "...\"></p>\n<table><thead><tr><th></th>";
+  html +=
+      "<p><input type=\"search\" aria-label=\"show rows with\" placeholder=\"show rows with "
+      "...\"></p>\n<table><thead><tr><th></th>";
   for (const Column& column : kColumns) {
     html += fmt::format("<th{}><button>{}</button></th>", column.is_text ? " class=\"text\"" : "",
                         column.name);

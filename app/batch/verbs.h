@@ -7,8 +7,8 @@
 
 namespace nacre::app::batch {
 
-/// The exit code of a verb that got through: 0, 8 if some scans failed or are missing, 75 if a signal
-/// ended it early. Notes and warnings go to the console, what was asked for to stdout.
+/// The exit code of a verb that got through: 0, 8 if some scans failed or are missing, 75 if a
+/// signal ended it early. Notes and warnings go to the console, what was asked for to stdout.
 [[nodiscard]] Result<int> run_plan(const PlanCommand& command, Console& console);
 [[nodiscard]] Result<int> run_shard(const RunCommand& command, Console& console);
 [[nodiscard]] Result<int> run_status(const StatusCommand& command, Console& console);

@@ -54,8 +54,7 @@ Result<WorkFolder> WorkFolder::make(const fs::path& below) {
                              "output folder",
                              below.string(), why)};
   }
-  const int lock =
-      ::open((fs::path(name) / kLockName).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  const int lock = ::open((fs::path(name) / kLockName).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   // Where the file system has no locks, the folder's age protects it from other machines.
   if (lock >= 0) (void)::flock(lock, LOCK_EX | LOCK_NB);
   return WorkFolder(name, lock);
@@ -81,8 +80,8 @@ void remove_abandoned(const fs::path& below) {
   for (const fs::directory_entry& entry : fs::directory_iterator(below, ignored)) {
     const std::string name = entry.path().filename();
     const bool ours = name.starts_with(here) && name.size() == here.size() + kSuffix;
-    const bool old = is_older(entry.path(), ours ? std::chrono::seconds(2)
-                                                 : std::chrono::seconds(kForeignAge));
+    const bool old =
+        is_older(entry.path(), ours ? std::chrono::seconds(2) : std::chrono::seconds(kForeignAge));
     // Two seconds: between making a folder and locking it, another process may look.
     if (old && is_free(entry.path())) fs::remove_all(entry.path(), ignored);
   }

@@ -21,8 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-const std::vector<std::string> kCheap = {"--", "--size", "2k",        "--levels",
-                                         "2",  "--effort", "fast", "--samples", "1000"};
+const std::vector<std::string> kCheap = {"--",       "--size", "2k",        "--levels", "2",
+                                         "--effort", "fast",   "--samples", "1000"};
 
 class Batches : public testing::Test {
  protected:
@@ -66,7 +66,8 @@ class Batches : public testing::Test {
   }
   static std::size_t count_of(const std::string& text, const std::string& what) {
     std::size_t n = 0;
-    for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++n;
+    for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1))
+      ++n;
     return n;
   }
   Scratch scratch;
@@ -80,8 +81,8 @@ TEST_F(Batches, OneLineEncodesAFolderAndDoesOnlyWhatIsMissingTheNextTime) {
   EXPECT_EQ(first.exit_code, 8) << first.err;
   EXPECT_EQ(first.out, "");
   const auto made = outputs("out");
-  for (const char* name : {"a0.ncr", "sub/b1.ncr", "summary.html", "summary.csv", "summary.json",
-                           "failed.jsonl"}) {
+  for (const char* name :
+       {"a0.ncr", "sub/b1.ncr", "summary.html", "summary.csv", "summary.json", "failed.jsonl"}) {
     EXPECT_TRUE(made.contains(name)) << name;
   }
   EXPECT_EQ(made.size(), 6u);
@@ -132,8 +133,8 @@ TEST_F(Batches, OneLineEncodesAFolderAndDoesOnlyWhatIsMissingTheNextTime) {
 TEST_F(Batches, ShardsTogetherMakeWhatOneRunMakes) {
   make_scans(2);
   ASSERT_EQ(run(folder_command("whole", {"-q"})).exit_code, 0);
-  std::vector<std::string> plan = {"batch", "plan", path("in"), "-o", path("m.jsonl"),
-                                   "--output-dir", path("parts"), "-q"};
+  std::vector<std::string> plan = {"batch",         "plan",         path("in"),    "-o",
+                                   path("m.jsonl"), "--output-dir", path("parts"), "-q"};
   plan.insert(plan.end(), kCheap.begin(), kCheap.end());
   ASSERT_EQ(run(plan).exit_code, 0);
   EXPECT_EQ(run(plan).exit_code, 2) << "the manifest exists already";
@@ -173,7 +174,8 @@ TEST_F(Batches, StoppedOrKilledAtAnyMomentItEndsLikeAnUndisturbedRun) {
   const auto whole = outputs("whole");
   const auto expect_whole_so_far = [&] {
     for (const auto& [name, bytes] : outputs("out")) {
-      if (name.ends_with(".ncr")) EXPECT_EQ(bytes, whole.at(name)) << name;
+      if (!name.ends_with(".ncr")) continue;
+      EXPECT_EQ(bytes, whole.at(name)) << name;
     }
   };
   Running stopped(folder_command("out", {"--jobs", "1"}));
@@ -247,9 +249,10 @@ TEST_F(Batches, SbatchPrintsAScriptThatTheShellReads) {
   scratch.write("array.sh", printed.out + "\n");
   EXPECT_EQ(std::system(("bash -n '" + path("array.sh") + "'").c_str()), 0);
   // Run as Slurm would.
-  const std::string as_slurm = "SLURM_ARRAY_TASK_ID=1 SLURM_ARRAY_TASK_COUNT=2 "
-                               "SLURM_CPUS_PER_TASK=1 SLURM_ARRAY_JOB_ID=1 bash '" +
-                               path("array.sh") + "' 2>/dev/null";
+  const std::string as_slurm =
+      "SLURM_ARRAY_TASK_ID=1 SLURM_ARRAY_TASK_COUNT=2 "
+      "SLURM_CPUS_PER_TASK=1 SLURM_ARRAY_JOB_ID=1 bash '" +
+      path("array.sh") + "' 2>/dev/null";
   EXPECT_EQ(std::system(as_slurm.c_str()), 0);
   const json status = json::parse(run({"batch", "status", path("it's m.jsonl"), "--json"}).out);
   EXPECT_EQ(status["done"], 1) << "of three equal scans the second shard has one";

@@ -155,8 +155,7 @@ TEST_F(ItemState, WorkFoldersGoWithTheirProcess) {
   const auto leave = [&](const std::string& name, int hours) {
     fs::create_directories(below / name);
     scratch.write("out/.nacre/work/" + name + "/lock", "");
-    fs::last_write_time(below / name,
-                        fs::file_time_type::clock::now() - std::chrono::hours(hours));
+    fs::last_write_time(below / name, fs::file_time_type::clock::now() - std::chrono::hours(hours));
   };
   leave(std::string(host) + "-aaaaaa", 1);
   leave("elsewhere-aaaaaa", 1);

@@ -79,7 +79,8 @@ TEST_F(Options, EncodesOwnParserReadsThem) {
   const auto refused = [](const Words& words) {
     const auto result = encode_command(words, "/in/a.ply", "/o.ncr");
     EXPECT_FALSE(result.has_value()) << words.front();
-    if (!result) EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
+    if (result) return;
+    EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
   };
   refused({"--sise", "6k"});
   refused({"--size", "6k", "--bits-per-vertex", "2"});

@@ -14,7 +14,7 @@ namespace {
 
 /// Plays a schedule on a clock of its own: a job with k threads takes seconds / k.
 struct Play {
-  double end = 0;               ///< when the last job ended
+  double end = 0;                ///< when the last job ended
   std::uint64_t peak_bytes = 0;  ///< of jobs that ran together
   int most_threads = 0, most_jobs = 0;
 };
@@ -65,7 +65,7 @@ TEST(Schedule, MemoryOfWhatRunsTogetherStaysBelowTheLimit) {
   for (int round = 0; round < 50; ++round) {
     std::vector<Job> jobs;
     for (std::size_t i = 0; i < 40; ++i) {
-      jobs.push_back({i, 1.0 + random() % 50, 10 + random() % 90});
+      jobs.push_back({i, 1.0 + static_cast<double>(random() % 50), 10 + random() % 90});
     }
     const Play result = play(jobs, {8, 8, 200});
     EXPECT_LE(result.peak_bytes, 200u);
