@@ -27,7 +27,8 @@ A scan that fails stops no other. summary.html, .csv, .json and failed.jsonl say
 Exit codes: 0 all done, 8 some scans failed, 75 interrupted (run it again), others as for encode.)";
 
 constexpr const char* kRulesHelp =
-    "TOML file of encode options: `size = \"50k\"` for all, [[rule]] tables with match = \"PATTERN\"";
+    "TOML file of encode options: `size = \"50k\"` for all, [[rule]] tables with match = "
+    "\"PATTERN\"";
 
 Error usage_error(std::string message) { return {ErrorCode::kBadInput, std::move(message)}; }
 
@@ -132,8 +133,8 @@ void BatchParser::add_to(CLI::App& app) {
 Result<void> BatchParser::finish_run(batch::RunCommand& run) const {
   run.threads = threads_;
   if (raw_.shard && !parse_shard(*raw_.shard, run.shard, run.shard_count)) {
-    return usage_error(fmt::format(
-        "--shard '{}' is not K/N with 0 <= K < N, e.g. 0/8 up to 7/8", *raw_.shard));
+    return usage_error(
+        fmt::format("--shard '{}' is not K/N with 0 <= K < N, e.g. 0/8 up to 7/8", *raw_.shard));
   }
   if (!raw_.max_memory) return {};
   Result<std::uint64_t> bytes = parse_size(*raw_.max_memory);

@@ -6,6 +6,7 @@ set -eu
 
 packages="g++ cmake ninja-build ccache
   libcgal-dev libosd-dev libeigen3-dev libtbb-dev libcli11-dev libfmt-dev nlohmann-json3-dev libpng-dev
+  libtomlplusplus-dev libxxhash-dev
   libgtest-dev libbenchmark-dev"
 
 missing=""

@@ -1,0 +1,221 @@
+#!/bin/bash
+# Runs a batch on a private Slurm cluster of three nodes on this machine, with faults, and compares
+# every output with that of a run without Slurm:
+#   slurm_test.sh NACRE SCANS   (a folder of scans; encoded with cheap options)
+# Faults: a node loses its power in the middle of a shard; another is cut off and its shard is given
+# to a third while the first copy still runs; a shard is told to stop (75) and goes on; the controller
+# is killed and started again. Nothing of the machine's own Slurm is read or changed. Leaves with 77,
+# "skipped", where Slurm cannot be installed or run.
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+nacre=$(realpath "$1")
+scans=$(realpath "$2")
+
+skip() {
+  echo "SKIPPED: $1"
+  exit 77
+}
+fail() {
+  echo "slurm_test: FAILED: $1" >&2
+  [ -z "${dir:-}" ] || tail -n 20 "$dir"/log/*.log "$dir"/jobs/*.log >&2 || true
+  exit 1
+}
+
+[ "$(id -u)" -eq 0 ] || skip "a private Slurm cluster needs root"
+if ! command -v slurmctld slurmd sbatch munged >/dev/null; then
+  "$here/install-packages.sh" slurm-wlm munge >/dev/null 2>&1 || skip "Slurm cannot be installed"
+fi
+host=$(hostname -s)
+getent ahostsv4 "$host" | grep -q '^127\.' || skip "this machine's name does not mean 127.x"
+unshare --pid --fork --kill-child --mount-proc true 2>/dev/null || skip "no process namespaces here"
+
+dir=$(mktemp -d /tmp/nacre-slurm-XXXXXX)
+chmod 755 "$dir"
+mkdir -p "$dir"/{state,log,munge,jobs}
+chmod 700 "$dir/munge"
+export SLURM_CONF=$dir/slurm.conf
+pids=()
+controller=""
+cleanup() {
+  scancel --user root >/dev/null 2>&1 || true
+  for pid in "${pids[@]}" $controller; do kill -KILL "$pid" 2>/dev/null || true; done
+  wait 2>/dev/null || true
+  rm -rf "$dir"
+}
+trap cleanup EXIT
+
+started=$SECONDS
+say() { echo "$((SECONDS - started)) s: $*"; }
+# until_true SECONDS WHAT COMMAND...
+until_true() {
+  local limit=$((SECONDS + $1)) what=$2
+  shift 2
+  until "$@"; do
+    [ "$SECONDS" -lt "$limit" ] || fail "waited in vain for: $what"
+    sleep 0.2
+  done
+}
+
+# --- the cluster: everything listens on 127.0.0.1 only -------------------------------------------
+nodes=3
+memory=$(awk -v n=$nodes '/MemTotal/ { print int($2 / 1024 * 0.8 / n) }' /proc/meminfo)
+base=$((20000 + $$ % 20000))
+(umask 077 && dd if=/dev/urandom of="$dir/munge/key" bs=128 count=1 status=none)
+cat >"$SLURM_CONF" <<CONF
+ClusterName=nacretest
+SlurmctldHost=$host(127.0.0.1)
+SlurmctldPort=$base
+SlurmUser=root
+SlurmdUser=root
+AuthType=auth/munge
+AuthInfo=socket=$dir/munge/sock
+CredType=cred/munge
+CommunicationParameters=NoCtldInAddrAny,NoInAddrAny
+StateSaveLocation=$dir/state
+SlurmdSpoolDir=$dir/state/%n
+SlurmctldPidFile=$dir/slurmctld.pid
+SlurmdPidFile=$dir/%n.pid
+SlurmctldLogFile=$dir/log/slurmctld.log
+SlurmdLogFile=$dir/log/%n.log
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+JobAcctGatherType=jobacct_gather/linux
+JobCompType=jobcomp/none
+AccountingStorageType=accounting_storage/none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_CPU_Memory
+SwitchType=switch/none
+MpiDefault=none
+ReturnToService=2
+SlurmdTimeout=8
+KillWait=5
+CONF
+for i in $(seq $nodes); do
+  mkdir -p "$dir/state/n$i"
+  echo "NodeName=n$i NodeHostname=$host NodeAddr=127.0.0.1 Port=$((base + i)) CPUs=$(nproc) RealMemory=$memory"
+done >>"$SLURM_CONF"
+echo "PartitionName=scan Nodes=n[1-$nodes] Default=YES MaxTime=INFINITE State=UP" >>"$SLURM_CONF"
+
+munged --foreground --force --socket="$dir/munge/sock" --key-file="$dir/munge/key" \
+  --pid-file="$dir/munge/pid" --log-file="$dir/munge/log" --seed-file="$dir/munge/seed" &
+pids+=($!)
+start_controller() { # slurmctld [-c]
+  slurmctld -D "$@" >/dev/null 2>&1 &
+  controller=$!
+}
+start_node() { # each in a process namespace of its own: one kill is a power cut
+  unshare --pid --fork --kill-child --mount-proc slurmd -D -N "n$1" >/dev/null 2>&1 &
+  node_pid[$1]=$!
+  pids+=($!)
+}
+idle_nodes() { sinfo -h -N -t idle -o %N 2>/dev/null | wc -l; }
+until_true 10 "munge" test -S "$dir/munge/sock"
+start_controller -c
+declare -a node_pid
+for i in $(seq $nodes); do start_node "$i"; done
+all_idle() { [ "$(idle_nodes)" -eq $nodes ]; }
+until_true 30 "three idle nodes" all_idle
+say "three nodes are up"
+
+# --- the batch, without and with Slurm -------------------------------------------------------------
+options=(-- --size 2k --levels 2 --effort fast --samples 1000)
+"$nacre" batch plan "$scans" -o "$dir/alone.jsonl" --output-dir "$dir/alone" -q "${options[@]}"
+"$nacre" batch plan "$scans" -o "$dir/manifest.jsonl" --output-dir "$dir/out" -q "${options[@]}"
+shards=6
+"$nacre" batch sbatch "$dir/manifest.jsonl" --shards $shards --max-memory 500Mi >"$dir/printed.sbatch"
+
+# The script as printed, but with this in the place of nacre: it logs, and holds shards back so that
+# faults find them at work. Shard 0 waits for its second copy; the others for the word "go".
+cat >"$dir/held-nacre" <<HELD
+#!/bin/bash
+shard=\$SLURM_ARRAY_TASK_ID restart=\${SLURM_RESTART_COUNT:-0}
+echo "start \$shard \$restart \$SLURMD_NODENAME" >>"$dir/jobs/\$shard.events"
+trap 'echo "stopped \$shard \$restart" >>"$dir/jobs/\$shard.events"; exit 75' TERM
+if [ "\$restart" -eq 0 ]; then
+  while [ ! -e "$dir/go-\$shard" ]; do sleep 0.1; done
+else
+  touch "$dir/go-\$shard"
+fi
+trap - TERM
+"$nacre" "\$@" & child=\$!
+trap 'kill -TERM \$child' TERM
+wait \$child; code=\$?
+while kill -0 \$child 2>/dev/null; do wait \$child; code=\$?; done
+echo "end \$shard \$restart \$code" >>"$dir/jobs/\$shard.events"
+exit \$code
+HELD
+chmod +x "$dir/held-nacre"
+sed "s|^nacre=.*|nacre='$dir/held-nacre'|" "$dir/printed.sbatch" >"$dir/nacre.sbatch"
+cd "$dir/jobs"
+job=$(sbatch --parsable --export=ALL "$dir/nacre.sbatch")
+merge=$(sbatch --parsable --dependency="afterany:$job" --mem=300M \
+  --wrap "'$nacre' batch merge '$dir/manifest.jsonl'")
+say "job $job: $shards shards; job $merge: the summary"
+
+node_of() { awk '$1 == "start" { node = $4 } END { print node }' "$dir/jobs/$1.events" 2>/dev/null; }
+event() { grep -q "^$1" "$dir/jobs/$2.events" 2>/dev/null; }
+all_started() { for s in $(seq 0 $((shards - 1))); do event start "$s" || return 1; done; }
+until_true 30 "all shards to start" all_started
+
+# Fault 1: one node is cut off. Its slurmd is stopped, so that the controller hears nothing of it, and
+# its shards live on and are given to others as well.
+cut=$(node_of 0)
+slurmd_of() { pgrep -P "${node_pid[${1#n}]}" -x slurmd; }
+kill -STOP "$(slurmd_of "$cut")"
+# Fault 2: another node loses its power, in the middle of a shard.
+for s in $(seq 1 $((shards - 1))); do
+  [ "$(node_of "$s")" = "$cut" ] || { dead_shard=$s; break; }
+done
+dead=$(node_of "$dead_shard")
+touch "$dir/go-$dead_shard"
+working() { ls "$dir"/out/.nacre/work/*/0 >/dev/null 2>&1 || event end "$dead_shard"; }
+until_true 30 "shard $dead_shard to work" working
+kill -KILL "${node_pid[${dead#n}]}"
+say "node $cut cut off with shard 0, node $dead dead with shard $dead_shard"
+# Fault 3: a shard on the third node is told to stop, as before the end of its time.
+for s in $(seq 1 $((shards - 1))); do
+  node=$(node_of "$s")
+  [ "$node" = "$cut" ] || [ "$node" = "$dead" ] || { told=$s; break; }
+done
+scancel --batch --signal=TERM "${job}_$told"
+until_true 30 "shard $told to be stopped" event stopped "$told"
+say "shard $told stopped with 75"
+# Fault 4: the controller is killed. It has had the time to save the job, see docs/batch.md.
+[ $((SECONDS - started)) -ge 10 ] || sleep 3
+kill -KILL "$controller"
+wait "$controller" 2>/dev/null || true
+start_controller
+until_true 30 "the controller" sh -c 'scontrol ping | grep -q "is UP"'
+say "controller killed and started again"
+for s in $(seq 1 $((shards - 1))); do touch "$dir/go-$s"; done
+
+# Requeued tasks would wait two minutes.
+hurry() {
+  squeue -h -t PD -o '%F_%K %r' -j "$job" 2>/dev/null | while read -r task why; do
+    case $why in
+      BeginTime | None) scontrol update "jobid=$task" StartTime=now >/dev/null 2>&1 || true ;;
+    esac
+  done
+}
+count() { grep -l "^$1" "$dir"/jobs/*.events 2>/dev/null | wc -l; }
+again() { hurry; event "start $1 [1-9]" "$1"; }
+until_true 90 "shard 0 to be started a second time" again 0
+say "shard 0 runs twice"
+copies_ended() { [ "$(grep -c '^end 0 .* 0$' "$dir/jobs/0.events")" -ge 2 ]; }
+until_true 60 "both copies of shard 0" copies_ended
+kill -CONT "$(slurmd_of "$cut")"
+say "node $cut is back"
+merged() { hurry; [ -e "$dir/out/summary.json" ] && ! squeue -h -j "$merge" 2>/dev/null | grep -q .; }
+until_true 100 "the summary" merged
+say "all shards and the summary are done"
+
+event "start $dead_shard [1-9]" "$dead_shard" || fail "the dead node's shard was not started again"
+event "start $told [1-9]" "$told" || fail "the stopped shard was not requeued"
+
+"$nacre" batch run "$dir/alone.jsonl" -q || [ $? -eq 8 ] || fail "the run without Slurm"
+"$nacre" batch merge "$dir/alone.jsonl" -q || [ $? -eq 8 ] || fail "its summary"
+diff -r --exclude=.nacre --exclude='summary.*' "$dir/alone" "$dir/out" ||
+  fail "the outputs differ from those of a run without Slurm"
+number=$(find "$dir/out" -name '*.ncr' | wc -l)
+[ "$number" -ge 24 ] || fail "only $number outputs"
+say "PASSED: $number outputs, bit for bit those of one machine without Slurm"
