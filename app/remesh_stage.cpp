@@ -61,14 +61,7 @@ class Steps {
         context_(console.context()),
         dumper_(dumper),
         is_semi_regular_(settings.semi_regular) {
-    options_.levels = settings.levels;
-    options_.base_vertices = settings.base_vertices;
-    options_.least_base_vertices = settings.least_base_vertices;
-    options_.most_base_vertices = settings.most_base_vertices;
-    options_.least_triangles = settings.least_triangles;
-    options_.keep_triangles = settings.keep_triangles;
-    options_.repair = settings.repair;
-    options_.predict = wavelet::predict;
+    options_ = remesh_options(settings);
     if (dumper != nullptr) options_.observer = dumper->observer();
   }
 
@@ -361,6 +354,19 @@ Result<metric::Comparison> measure(const Scan& scan, const Scan& other, std::siz
 std::string stopped_line(DumpStage stage, const DumpSettings& settings) {
   return fmt::format("stopped after {}: {}", stage_folder_name(stage),
                      (settings.work_dir / stage_folder_name(stage)).string());
+}
+
+remesh::Options remesh_options(const RemeshSettings& settings) {
+  remesh::Options options;
+  options.levels = settings.levels;
+  options.base_vertices = settings.base_vertices;
+  options.least_base_vertices = settings.least_base_vertices;
+  options.most_base_vertices = settings.most_base_vertices;
+  options.least_triangles = settings.least_triangles;
+  options.keep_triangles = settings.keep_triangles;
+  options.repair = settings.repair;
+  options.predict = wavelet::predict;
+  return options;
 }
 
 Result<Prepared> read_input(const std::filesystem::path& file, StageClock& clock,

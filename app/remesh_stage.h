@@ -25,6 +25,9 @@ struct Prepared {
   [[nodiscard]] const Scan& source() const { return to_remesh ? *to_remesh : scan; }
 };
 
+/// The remesher's options for these settings.
+[[nodiscard]] remesh::Options remesh_options(const RemeshSettings& settings);
+
 /// Reads a scan, noting on the console what is not carried.
 [[nodiscard]] Result<Prepared> read_input(const std::filesystem::path& file, StageClock& clock,
                                           Console& console);

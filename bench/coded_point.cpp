@@ -10,11 +10,12 @@
 namespace nacre::bench {
 namespace {
 
-void code_point(const PreparedScan& scan, std::size_t samples, CodedPoint& out) {
+void code_point(const PreparedScan& scan, const SemiRegularMesh& mesh, std::size_t samples,
+                CodedPoint& out) {
   codec::EncodeOptions options;
   options.profile = out.profile;
   options.target_bytes = out.target_bytes;
-  auto encoded = codec::encode(scan.mesh, options);
+  auto encoded = codec::encode(mesh, options);
   if (!encoded) {
     out.error = encoded.error();
     return;
@@ -35,12 +36,18 @@ void code_point(const PreparedScan& scan, std::size_t samples, CodedPoint& out) 
 
 std::vector<CodedPoint> code_points(const PreparedScan& scan,
                                     const std::vector<codec::Profile>& profiles,
-                                    const std::vector<std::size_t>& sizes, std::size_t samples) {
+                                    const std::vector<std::size_t>& sizes, std::size_t samples,
+                                    const std::vector<SemiRegularMesh>& meshes) {
   std::vector<CodedPoint> points;
   for (const codec::Profile profile : profiles)
     for (const std::size_t bytes : sizes) points.push_back({profile, bytes, {}, {}, {}});
   parallel_for_each_index(
-      points.size(), [&](std::size_t i) { code_point(scan, samples, points[i]); }, 1);
+      points.size(),
+      [&](std::size_t i) {
+        const SemiRegularMesh& mesh = meshes.empty() ? scan.mesh : meshes[i % sizes.size()];
+        code_point(scan, mesh, samples, points[i]);
+      },
+      1);
   return points;
 }
 

@@ -21,11 +21,13 @@ struct CodedPoint {
   codec::EncodeReport report;
 };
 
-/// Every profile at every size; in parallel, in order of profile, then size.
+/// Every profile at every size; in parallel, in order of profile, then size. `meshes`: one for each
+/// size; none: the scan's own for all.
 [[nodiscard]] std::vector<CodedPoint> code_points(const PreparedScan& scan,
                                                   const std::vector<codec::Profile>& profiles,
                                                   const std::vector<std::size_t>& sizes,
-                                                  std::size_t samples);
+                                                  std::size_t samples,
+                                                  const std::vector<SemiRegularMesh>& meshes = {});
 
 /// The points of one profile without errors.
 [[nodiscard]] std::vector<RatePoint> curve_of(const std::vector<CodedPoint>& points,

@@ -55,22 +55,24 @@ Result<MeshResult> run_mesh(const std::string& file, const Settings& settings,
                             const std::vector<std::size_t>& sizes) {
   auto scan = prepare_scan(file, settings.cache);
   if (!scan) return scan.error();
-  const auto remeshed = distance_to_scan(*scan, scan->mesh, settings.samples);
-  if (!remeshed) return remeshed.error();
   MeshResult result;
   result.name = scan->name;
   result.is_closed = is_closed(scan->mesh);
   result.sizes = sizes;
-  fmt::print(
-      "\n### {}\n\n{} input vertices, {}; base {} vertices, J = {}, {} semi-regular vertices; "
-      "remeshing PSNR {:.2f} dB\n\n",
-      scan->name, scan->input_vertices, result.is_closed ? "closed" : "open",
-      scan->mesh.base_vertex_count, scan->mesh.level_count, scan->mesh.positions.size(),
-      remeshed->psnr_db);
+  // As `encode` does it: each size has its own mesh.
+  std::vector<SemiRegularMesh> meshes;
+  for (const std::size_t bytes : sizes) {
+    auto mesh = mesh_for_size(*scan, settings.cache, bytes);
+    if (!mesh) return mesh.error();
+    meshes.push_back(std::move(*mesh));
+  }
+  fmt::print("\n### {}\n\n{} input vertices, {}; base meshes of {} to {} vertices\n\n", scan->name,
+             scan->input_vertices, result.is_closed ? "closed" : "open",
+             meshes.front().base_vertex_count, meshes.back().base_vertex_count);
   std::vector<codec::Profile> profiles;
   for (const std::string& name : settings.profiles)
     profiles.push_back(*codec::profile_of_name(name));
-  result.coded = code_points(*scan, profiles, sizes, settings.samples);
+  result.coded = code_points(*scan, profiles, sizes, settings.samples, meshes);
   for (const codec::Profile profile : profiles)
     result.curves[std::string(codec::profile_name(profile))] = curve_of(result.coded, profile);
   if (settings.has_peers) {

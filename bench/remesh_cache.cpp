@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "app/files.h"
+#include "app/goal.h"
+#include "app/remesh_stage.h"
 #include "app/report.h"
 #include "io/io.h"
 #include "wavelet/wavelet.h"
@@ -96,6 +98,23 @@ std::optional<SemiRegularMesh> load(const fs::path& file, std::optional<std::uin
   return mesh;
 }
 
+/// Remeshes, or finds what was made with options of the same name.
+Result<SemiRegularMesh> remeshed(const PreparedScan& scan, const CacheOptions& cache,
+                                 remesh::Options options, const std::string& name) {
+  const fs::path kept =
+      cache.folder / fmt::format("{}-{:016x}-{}.mesh", scan.name, scan.content, name);
+  const std::uint64_t remesher = hash_of_remesher();
+  if (!cache.folder.empty()) {
+    auto mesh = load(kept, cache.keep_old_remesh ? std::nullopt : std::optional(remesher));
+    if (mesh) return std::move(*mesh);
+  }
+  options.predict = wavelet::predict;
+  auto out = remesh::remesh(scan.scan, options);
+  if (!out) return out.error();
+  if (!cache.folder.empty()) save(kept, out->mesh, remesher);
+  return std::move(out->mesh);
+}
+
 }  // namespace
 
 std::uint64_t hash_bytes(const void* data, std::size_t size, std::uint64_t state) {
@@ -117,26 +136,24 @@ Result<PreparedScan> prepare_scan(const std::string& file, const CacheOptions& o
                         input_vertices,
                         std::move(*surface),
                         {}};
-  const fs::path kept =
-      options.folder / fmt::format("{}-{:016x}-b{}-j{}.mesh", prepared.name, prepared.content,
-                                   options.base_vertices, options.levels);
-  const std::uint64_t remesher = hash_of_remesher();
-  if (!options.folder.empty()) {
-    auto mesh = load(kept, options.keep_old_remesh ? std::nullopt : std::optional(remesher));
-    if (mesh) {
-      prepared.mesh = std::move(*mesh);
-      return prepared;
-    }
-  }
   remesh::Options remesh_options;
   remesh_options.base_vertices = options.base_vertices;
   remesh_options.levels = options.levels;
-  remesh_options.predict = wavelet::predict;
-  auto remeshed = remesh::remesh(prepared.scan, remesh_options);
-  if (!remeshed) return remeshed.error();
-  prepared.mesh = std::move(remeshed->mesh);
-  if (!options.folder.empty()) save(kept, prepared.mesh, remesher);
+  auto mesh = remeshed(prepared, options, remesh_options,
+                       fmt::format("b{}-j{}", options.base_vertices, options.levels));
+  if (!mesh) return mesh.error();
+  prepared.mesh = std::move(*mesh);
   return prepared;
+}
+
+Result<SemiRegularMesh> mesh_for_size(const PreparedScan& scan, const CacheOptions& options,
+                                      std::size_t bytes) {
+  app::RemeshSettings settings;
+  settings.base_vertices = options.base_vertices;
+  settings.levels = options.levels;
+  settings = app::for_size(settings, static_cast<double>(bytes), scan.input_vertices);
+  return remeshed(scan, options, app::remesh_options(settings),
+                  fmt::format("b{}-j{}-s{}", options.base_vertices, options.levels, bytes));
 }
 
 Result<metric::Comparison> distance_to_scan(const PreparedScan& scan, const SemiRegularMesh& mesh,

@@ -35,6 +35,10 @@ struct PreparedScan {
 [[nodiscard]] Result<PreparedScan> prepare_scan(const std::string& file,
                                                 const CacheOptions& options);
 
+/// The mesh that `encode` makes of a scan for a file of so many bytes, also from the cache.
+[[nodiscard]] Result<SemiRegularMesh> mesh_for_size(const PreparedScan& scan,
+                                                    const CacheOptions& options, std::size_t bytes);
+
 /// 64-bit FNV-1a.
 [[nodiscard]] std::uint64_t hash_bytes(const void* data, std::size_t size,
                                        std::uint64_t state = 0xCBF29CE484222325ull);
