@@ -403,7 +403,7 @@ void draw_legend(Image& image, int left, const PictureOptions& options, double q
   const Pen pen = pen_for(options);
   const int width = options.panel_width / 2, height = 6 * pen.scale;
   const int x0 = left + (options.panel_width - width) / 2;
-  const int y0 = options.panel_height - pen.line_height() - height - 2 * pen.scale;
+  const int y0 = options.panel_height - pen.line_height() - height - 5 * pen.scale;
   for (int x = 0; x < width; ++x) {
     const auto c = viridis(static_cast<double>(x) / (width - 1));
     for (int y = 0; y < height; ++y) put(image, x0 + x, y0 + y, from_srgb(c[0], c[1], c[2]));

@@ -35,7 +35,7 @@ p{margin:.3rem 0}.soft{color:var(--soft)}
 .plots{grid-template-columns:repeat(auto-fit,minmax(22rem,1fr))}
 figure{margin:0;break-inside:avoid}figcaption{color:var(--soft);font-size:.9rem}
 img{width:100%;height:auto;display:block;border:1px solid var(--line);border-radius:.3rem}
-svg{width:100%;height:auto;display:block}svg text{fill:var(--soft);font:12px system-ui,sans-serif}
+svg{width:100%;max-width:46rem;height:auto;display:block}svg text{fill:var(--soft);font:12px system-ui,sans-serif}
 svg .grid{stroke:var(--line);stroke-width:1}svg .axis{stroke:var(--soft);fill:none}
 svg .curve{fill:none;stroke:currentColor;stroke-width:2}svg circle{fill:currentColor}
 .c1{color:var(--c1)}.c2{color:var(--c2)}.c3{color:var(--c3)}.c4{color:var(--c4)}.chosen{color:var(--chosen)}

@@ -3,7 +3,10 @@
 // The worked examples of docs/FORMAT.md are what this build makes and reads.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "codec/codec.h"
+#include "codec/edit_stream.h"
 #include "format_examples.h"
 #include "synthetic.h"
 
@@ -54,6 +57,20 @@ TEST(FormatDocument, ExampleDecodesToThePositionsGiven) {
     EXPECT_EQ(mesh->positions[i], Vec3(expected[i][0], expected[i][1], expected[i][2]))
         << std::hexfloat << mesh->positions[i].transpose();
   }
+}
+
+// The header of the example with a table of levels 0 and 1 and a certified error.
+TEST(FormatDocument, ExampleOfALevelTableIsWhatIsWritten) {
+  const auto streams = format_examples::streams();
+  const auto headers = format_examples::streams("table");
+  const LevelTable table = {std::sqrt(12.0), {{21.37, 0.25}, {38.5, 0.0301}}};
+  const auto with_table = with_quality(streams.at(0), table, 0.0301);
+  ASSERT_TRUE(with_table.has_value()) << with_table.error().message;
+  const StreamInfo info = *inspect(*with_table);
+  std::vector<std::uint8_t> header = *with_table;
+  header.resize(info.bytes_header);
+  ASSERT_EQ(headers.size(), 1u) << hex(header);
+  EXPECT_EQ(hex(headers[0]), hex(header));
 }
 
 }  // namespace

@@ -27,10 +27,10 @@ inline std::vector<std::vector<std::string>> blocks(const std::string& name) {
   return found;
 }
 
-/// The streams: hex bytes.
-inline std::vector<std::vector<std::uint8_t>> streams() {
+/// The streams, and with another name parts of streams: hex bytes.
+inline std::vector<std::vector<std::uint8_t>> streams(const std::string& name = "hex") {
   std::vector<std::vector<std::uint8_t>> found;
-  for (const auto& lines : blocks("hex")) {
+  for (const auto& lines : blocks(name)) {
     found.emplace_back();
     for (const std::string& line : lines) {
       for (std::size_t i = 0; i + 1 < line.size(); ++i) {
