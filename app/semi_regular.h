@@ -16,7 +16,7 @@ namespace nacre::app {
 /// Cost     linear, a few hash lookups for each vertex.
 /// Errors   kGeometryRefused: no oriented manifold; a component that no split can have made; fewer
 ///          splits than `levels`.
-/// Source   [Taubin2001]: triangles in fours around a middle one, grown from a seed and checked.
+/// Source   [Taubin2002]: triangles in fours around a middle one, grown from a seed and checked.
 [[nodiscard]] Result<SemiRegularMesh> recognise_subdivision(const Scan& mesh, int levels = 0);
 
 }  // namespace nacre::app
