@@ -46,9 +46,9 @@ trap cleanup EXIT
 
 started=$SECONDS
 say() { echo "$((SECONDS - started)) s: $*"; }
-# until_true SECONDS WHAT COMMAND...
+# until_true SECONDS WHAT COMMAND...; NACRE_TEST_PATIENCE=3 waits three times as long, for busy machines
 until_true() {
-  local limit=$((SECONDS + $1)) what=$2
+  local limit=$((SECONDS + $1 * ${NACRE_TEST_PATIENCE:-1})) what=$2
   shift 2
   until "$@"; do
     [ "$SECONDS" -lt "$limit" ] || fail "waited in vain for: $what"
@@ -57,6 +57,7 @@ until_true() {
 }
 
 # --- the cluster: everything listens on 127.0.0.1 only -------------------------------------------
+# Each node claims six processors, so that the last one left can take all shards at once.
 nodes=3
 memory=$(awk -v n=$nodes '/MemTotal/ { print int($2 / 1024 * 0.8 / n) }' /proc/meminfo)
 base=$((20000 + $$ % 20000))
@@ -89,12 +90,13 @@ MpiDefault=none
 ReturnToService=2
 SlurmdTimeout=8
 KillWait=5
+SlurmdParameters=config_overrides
 CONF
 for i in $(seq $nodes); do
   mkdir -p "$dir/state/n$i"
-  echo "NodeName=n$i NodeHostname=$host NodeAddr=127.0.0.1 Port=$((base + i)) CPUs=$(nproc) RealMemory=$memory"
+  echo "NodeName=n$i NodeHostname=$host NodeAddr=127.0.0.1 Port=$((base + i)) CPUs=6 RealMemory=$memory"
 done >>"$SLURM_CONF"
-echo "PartitionName=scan Nodes=n[1-$nodes] Default=YES MaxTime=INFINITE State=UP" >>"$SLURM_CONF"
+echo "PartitionName=scan Nodes=n[1-$nodes] Default=YES LLN=YES MaxTime=INFINITE State=UP" >>"$SLURM_CONF"
 
 munged --foreground --force --socket="$dir/munge/sock" --key-file="$dir/munge/key" \
   --pid-file="$dir/munge/pid" --log-file="$dir/munge/log" --seed-file="$dir/munge/seed" &
@@ -121,7 +123,7 @@ say "three nodes are up"
 options=(-- --size 2k --levels 2 --effort fast --samples 1000)
 "$nacre" batch plan "$scans" -o "$dir/alone.jsonl" --output-dir "$dir/alone" -q "${options[@]}"
 "$nacre" batch plan "$scans" -o "$dir/manifest.jsonl" --output-dir "$dir/out" -q "${options[@]}"
-shards=6
+shards=6 # two on each node
 "$nacre" batch sbatch "$dir/manifest.jsonl" --shards $shards --max-memory 500Mi >"$dir/printed.sbatch"
 
 # The script as printed, but with this in the place of nacre: it logs, and holds shards back so that
@@ -157,6 +159,17 @@ event() { grep -q "^$1" "$dir/jobs/$2.events" 2>/dev/null; }
 all_started() { for s in $(seq 0 $((shards - 1))); do event start "$s" || return 1; done; }
 until_true 30 "all shards to start" all_started
 
+# Requeued tasks would wait two minutes.
+hurry() {
+  squeue -h -t PD -o '%F_%K %r' -j "$job" 2>/dev/null | while read -r task why; do
+    case $why in
+      BeginTime | None) scontrol update "jobid=$task" StartTime=now >/dev/null 2>&1 || true ;;
+    esac
+  done
+}
+count() { grep -l "^$1" "$dir"/jobs/*.events 2>/dev/null | wc -l; }
+again() { hurry; event "start $1 [1-9]" "$1"; }
+
 # Fault 1: one node is cut off. Its slurmd is stopped, so that the controller hears nothing of it, and
 # its shards live on and are given to others as well.
 cut=$(node_of 0)
@@ -179,7 +192,9 @@ for s in $(seq 1 $((shards - 1))); do
 done
 scancel --batch --signal=TERM "${job}_$told"
 until_true 30 "shard $told to be stopped" event stopped "$told"
-say "shard $told stopped with 75"
+touch "$dir/go-$told"
+until_true 60 "shard $told to be started again" again "$told"
+say "shard $told stopped with 75 and started again"
 # Fault 4: the controller is killed. It has had the time to save the job, see docs/batch.md.
 [ $((SECONDS - started)) -ge 10 ] || sleep 3
 kill -KILL "$controller"
@@ -189,16 +204,6 @@ until_true 30 "the controller" sh -c 'scontrol ping | grep -q "is UP"'
 say "controller killed and started again"
 for s in $(seq 1 $((shards - 1))); do touch "$dir/go-$s"; done
 
-# Requeued tasks would wait two minutes.
-hurry() {
-  squeue -h -t PD -o '%F_%K %r' -j "$job" 2>/dev/null | while read -r task why; do
-    case $why in
-      BeginTime | None) scontrol update "jobid=$task" StartTime=now >/dev/null 2>&1 || true ;;
-    esac
-  done
-}
-count() { grep -l "^$1" "$dir"/jobs/*.events 2>/dev/null | wc -l; }
-again() { hurry; event "start $1 [1-9]" "$1"; }
 until_true 90 "shard 0 to be started a second time" again 0
 say "shard 0 runs twice"
 copies_ended() { [ "$(grep -c '^end 0 .* 0$' "$dir/jobs/0.events")" -ge 2 ]; }
@@ -210,12 +215,11 @@ until_true 100 "the summary" merged
 say "all shards and the summary are done"
 
 event "start $dead_shard [1-9]" "$dead_shard" || fail "the dead node's shard was not started again"
-event "start $told [1-9]" "$told" || fail "the stopped shard was not requeued"
 
 "$nacre" batch run "$dir/alone.jsonl" -q || [ $? -eq 8 ] || fail "the run without Slurm"
 "$nacre" batch merge "$dir/alone.jsonl" -q || [ $? -eq 8 ] || fail "its summary"
 diff -r --exclude=.nacre --exclude='summary.*' "$dir/alone" "$dir/out" ||
   fail "the outputs differ from those of a run without Slurm"
 number=$(find "$dir/out" -name '*.ncr' | wc -l)
-[ "$number" -ge 24 ] || fail "only $number outputs"
+[ "$number" -gt $shards ] || fail "only $number outputs"
 say "PASSED: $number outputs, bit for bit those of one machine without Slurm"
