@@ -136,7 +136,7 @@ double histogram_edge(int k) { return std::pow(10.0, (k - kHistogramTop) / kEdge
 double OneSided::quantile(double share, double bbox_diagonal) const {
   const double enough = share * static_cast<double>(sample_count);
   std::uint64_t below = 0;
-  for (int k = 0; k < kHistogramEdges; ++k) {
+  for (int k = 0; k < kHistogramEdges && !histogram.empty(); ++k) {
     below += histogram[static_cast<std::size_t>(k)];
     if (static_cast<double>(below) >= enough) return bbox_diagonal * histogram_edge(k);
   }

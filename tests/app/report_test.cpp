@@ -15,8 +15,8 @@ using nlohmann::json;
 
 metric::Comparison example_comparison() {
   metric::Comparison c;
-  c.a_to_b = {0.01, 0.008, 0.05, {1, 2, 3}, 1000};
-  c.b_to_a = {0.02, 0.009, 0.04, {4, 5, 6}, 2000};
+  c.a_to_b = {0.01, 0.008, 0.05, {1, 2, 3}, 1000, {}};
+  c.b_to_a = {0.02, 0.009, 0.04, {4, 5, 6}, 2000, {}};
   c.bbox_diagonal = 10;
   c.psnr_db = 53.979;
   return c;
