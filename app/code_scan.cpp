@@ -16,6 +16,8 @@ namespace nacre::app {
 namespace {
 
 constexpr int kSmallerBases = 4;
+/// A goal that the usual mesh cannot reach is tried with that for so much larger a file.
+constexpr double kFiner = 6;
 /// Where a file has more bits than this for each vertex of the scan, its own triangles may pay.
 constexpr double kBitsForOwnTriangles = 12;
 
@@ -26,8 +28,9 @@ bool has_size(const Goal& goal) {
 
 /// Whether the mesh is as the user wants it, or as a dump has it.
 bool is_mesh_given(const EncodeCommand& command) {
-  return command.remesh.semi_regular || command.remesh.levels != 0 || command.remesh.base_vertices != 0 ||
-         !command.dump.work_dir.empty() || !command.dump.from.empty();
+  return command.remesh.semi_regular || command.remesh.levels != 0 ||
+         command.remesh.base_vertices != 0 || !command.dump.work_dir.empty() ||
+         !command.dump.from.empty();
 }
 
 class ScanCoder {
@@ -60,6 +63,7 @@ class ScanCoder {
   Result<bool> attempt(const RemeshSettings& settings, Result<Coded>& coded,
                        const IsBetter& is_better);
   Result<bool> try_smaller_bases(Result<Coded>& coded);
+  Result<bool> try_finer_mesh(Result<Coded>& coded);
   Result<bool> try_own_triangles(Result<Coded>& coded);
   [[nodiscard]] Error unreachable(const Coded& nearest) const;
   [[nodiscard]] Error too_small(const Error& error) const;
@@ -103,6 +107,16 @@ Result<bool> ScanCoder::try_smaller_bases(Result<Coded>& coded) {
     if (!smaller || !*smaller) return smaller;
   }
   return true;
+}
+
+Result<bool> ScanCoder::try_finer_mesh(Result<Coded>& coded) {
+  const InputFacts& input = prepared_.input;
+  const double usual = expected_bytes(command_.goal, input.goal_vertices, input.bbox_diagonal);
+  return attempt(for_size(command_.remesh, kFiner * usual, input.goal_vertices), coded,
+                 [&](const Result<Coded>& other) {
+                   return other &&
+                          (other->reached || other->distance.psnr_db > coded->distance.psnr_db);
+                 });
 }
 
 Result<bool> ScanCoder::try_own_triangles(Result<Coded>& coded) {
@@ -152,6 +166,9 @@ Result<Coded> ScanCoder::run() {
   if (!is_mesh_given(command_)) {
     if (is_unreachable()) {
       if (const auto tried = try_smaller_bases(coded); !tried) return tried.error();
+    }
+    if (coded && !coded->reached) {
+      if (const auto tried = try_finer_mesh(coded); !tried) return tried.error();
     }
     const double worth =
         kBitsForOwnTriangles / 8 * static_cast<double>(prepared_.input.goal_vertices);

@@ -26,12 +26,13 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// How far over its goal a PSNR may be, dB, and where within that the search aims.
 constexpr double kTolerance = 0.1, kAim = 0.04;
 constexpr double kUsualSlope = 4.2;  // dB per unit of fineness
-constexpr double kMostStride = 3;
+constexpr double kLeastStride = 0.1, kMostStride = 3;
 constexpr int kMostTrials = 16;
 /// Brackets narrower than this are not searched any further.
 constexpr double kNarrow = 1.0 / 256;
 /// A unit of fineness that gains less than this, dB: the mesh itself is what is left.
 constexpr double kLeastSlope = 0.15;
+constexpr int kMostStalls = 2;
 /// No mesh has use for finer steps than this.
 constexpr double kFinest = 40;
 /// Samples miss the very maximum; so the first aim is this much below the goal, dB.
@@ -138,7 +139,7 @@ class LineSearch {
   Console& console_;
   std::optional<End> below_, above_;  // nearest finenesses that do not and that do reach the goal
   std::optional<Coded> best_, nearest_;
-  bool is_stalled_ = false;
+  int stalls_ = 0;  ///< in a row
 };
 
 double LineSearch::next(double goal) const {
@@ -149,9 +150,9 @@ double LineSearch::next(double goal) const {
   }
   if (below_)
     return std::min(
-        below_->fineness + std::clamp((aim - below_->db) / kUsualSlope, 0.05, kMostStride),
+        below_->fineness + std::clamp((aim - below_->db) / kUsualSlope, kLeastStride, kMostStride),
         kFinest);
-  return above_->fineness - std::clamp((above_->db - aim) / kUsualSlope, 0.05, kMostStride);
+  return above_->fineness - std::clamp((above_->db - aim) / kUsualSlope, kLeastStride, kMostStride);
 }
 
 void LineSearch::note(Coded trial, double fineness, double db, double goal) {
@@ -165,14 +166,14 @@ void LineSearch::note(Coded trial, double fineness, double db, double goal) {
   }
   if (!above_ && below_ && fineness > below_->fineness) {
     const double slope = (db - below_->db) / (fineness - below_->fineness);
-    is_stalled_ = slope < kLeastSlope && goal - db > slope;
+    stalls_ = slope < kLeastSlope && goal - db > slope ? stalls_ + 1 : 0;
   }
   if (!below_ || fineness > below_->fineness) below_ = End{fineness, db};
   if (!nearest_ || db > measure_(*nearest_)) nearest_ = std::move(trial);
 }
 
 Result<Coded> LineSearch::run(double goal, double fineness) {
-  for (int i = 0; i < kMostTrials && !is_stalled_; ++i) {
+  for (int i = 0; i < kMostTrials && stalls_ < kMostStalls; ++i) {
     if (Result<void> go_on = check_cancelled(console_); !go_on) return go_on.error();
     Result<Coded> trial = coder_.of_fineness(fineness);
     if (!trial && trial.error().code == ErrorCode::kGoalUnreachable) {
@@ -190,7 +191,7 @@ Result<Coded> LineSearch::run(double goal, double fineness) {
     if (db >= goal && (db <= goal + kTolerance || is_smallest)) break;
     if (below_ && above_ && above_->fineness - below_->fineness < kNarrow) break;
     if (below_ && !above_ && below_->fineness >= kFinest) break;
-    fineness = next(goal);
+    fineness = next(goal) + (stalls_ > 0 ? 1 : 0);
   }
   if (best_) return std::move(*best_);
   nearest_->reached = false;

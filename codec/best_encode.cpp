@@ -12,6 +12,7 @@
 
 #include "codec/assemble.h"
 #include "codec/best_coder.h"
+#include "codec/snap_base.h"
 #include "codec/stream_format.h"
 
 namespace nacre::codec {
@@ -22,6 +23,9 @@ constexpr double kLambda = 0.1;
 /// Steps go as E^-(kGainPower / 2): what coarse parts lose, finer ones that are coded win back.
 constexpr double kGainPower = 0.65;
 constexpr int kMaxTrials = 24;
+/// How much coarser the base's grid is where its points are chosen near the surface; of
+/// kStepsPerOctave.
+constexpr int kCoarserBase = 70;
 
 /// Targets let vertices drift along the surface, past the triangles that surface_error() looks at:
 /// it is too large then, and only clearly larger where details along the normal are not enough.
@@ -91,6 +95,7 @@ class BestEncoder {
   std::optional<Targets> targets_;         ///< none: the mesh as it is, vertex by vertex
   std::vector<double> gains_;              ///< of the base, then the bands
   std::vector<StepRange> ranges_;
+  int base_step_ = 0;                 ///< with targets
   double finest_ = 0, coarsest_ = 0;  ///< positions between which anything changes
 };
 
@@ -150,6 +155,10 @@ Result<BestEncoder::Trial> BestEncoder::make_trial(double position,
   }
   settings.lambda = kLambda * std::exp2(2 * position / kStepsPerOctave);
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
+    if (i == 0 && targets_) {  // which start from a base that lies on its grid
+      settings.steps.push_back(base_step_);
+      continue;
+    }
     const double index = position - position_of(i, 0) + (offsets.empty() ? 0 : offsets[i]);
     const StepRange& range = ranges_[i];
     const bool is_left_out = range.is_empty || (i > 0 && index > range.coarsest);
@@ -227,8 +236,13 @@ Result<BestEncoder::Trial> BestEncoder::spend(Trial best, double unused_share) c
 
 void BestEncoder::aim(double position) {
   const auto gains = wavelet::regular_gains(prepared_.topology.level_count(), prepared_.transform);
-  targets_ = sparse_targets(prepared_, *weights_, std::exp2(position / kStepsPerOctave),
-                            gains.energy, effort_.shrinking_rounds);
+  const auto index = static_cast<int>(std::lround(position - position_of(0, 0)));
+  base_step_ = std::clamp(index + kCoarserBase, ranges_[0].finest, ranges_[0].coarsest);
+  const Prepared snapped = snap_base(prepared_, *weights_, step_size(base_step_));
+  targets_ =
+      sparse_targets(snapped, surface_weights(snapped), std::exp2(position / kStepsPerOctave),
+                     gains.energy, effort_.shrinking_rounds);
+  weights_->normals = target_normals(prepared_.topology, *targets_);
 }
 
 Result<BestEncoder::Trial> BestEncoder::at_step() {

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "base/parallel.h"
 #include "wavelet/butterfly_mask.h"
@@ -25,46 +24,6 @@ constexpr double kFirstRate = 0.12;
 
 std::span<const Vec3> prefix(const Prepared& prepared, int level) {
   return std::span(prepared.positions).first(prepared.topology.level(level).vertex_count);
-}
-
-/// One third of the area of a level's triangles at each vertex.
-std::vector<double> vertex_areas(const LevelTopology& level, std::span<const Vec3> p) {
-  std::vector<double> areas(level.vertex_count, 0.0);
-  for (const Triangle& t : level.triangles) {
-    const double area = norm(cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]])) / 6;
-    for (const std::uint32_t v : t) areas[v] += area;
-  }
-  return areas;
-}
-
-void scale_to_mean_one(std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v;
-  if (!(sum > 0)) {
-    std::fill(values.begin(), values.end(), 1.0);
-    return;
-  }
-  const double scale = static_cast<double>(values.size()) / sum;
-  for (double& v : values) v = std::max(v * scale, 0.01);
-}
-
-/// To the triangle's plane where its foot lies inside, else to its sides.
-double squared_distance(const Vec3& p, const Triangle& t, std::span<const Vec3> points) {
-  const Vec3 normal = cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]]);
-  const double square = dot(normal, normal);
-  bool is_inside = square > 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3 &a = points[t[k]], side = points[t[(k + 1) % 3]] - a, from = p - a;
-    if (dot(cross(side, from), normal) < 0) is_inside = false;
-    const double length = dot(side, side);
-    const double along = length > 0 ? std::clamp(dot(from, side) / length, 0.0, 1.0) : 0.0;
-    const Vec3 rest = from - along * side;
-    least = std::min(least, dot(rest, rest));
-  }
-  if (!is_inside) return least;
-  const double height = dot(p - points[t[0]], normal);
-  return height * height / square;
 }
 
 /// The transpose of one level's prediction, with regular masks everywhere: vectors at the vertices
@@ -104,70 +63,6 @@ void transpose_predict(const LevelTopology& level, std::span<Vec3> g) {
 
 }  // namespace
 
-SurfaceWeights surface_weights(const Prepared& prepared) {
-  const Topology& topology = prepared.topology;
-  const int finest = topology.level_count();
-  SurfaceWeights weights;
-  weights.normals.assign(prepared.positions.size(), Vec3::Zero());
-  const auto& p = prepared.positions;
-  for (const Triangle& t : topology.level(finest).triangles) {
-    const Vec3 normal = cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
-    for (const std::uint32_t v : t) weights.normals[v] += normal;
-  }
-  for (Vec3& n : weights.normals) {
-    const double length = norm(n);
-    n = length > 0 ? Vec3(n / length) : Vec3(0, 0, 1);
-  }
-  weights.fan_begin.assign(p.size() + 1, 0);
-  const auto& triangles = topology.level(finest).triangles;
-  for (const Triangle& triangle : triangles)
-    for (const std::uint32_t v : triangle) ++weights.fan_begin[v + 1];
-  for (std::size_t v = 0; v < p.size(); ++v) weights.fan_begin[v + 1] += weights.fan_begin[v];
-  weights.fans.resize(3 * triangles.size());
-  std::vector<std::uint32_t> next(weights.fan_begin.begin(), weights.fan_begin.end() - 1);
-  for (std::uint32_t f = 0; f < triangles.size(); ++f)
-    for (const std::uint32_t v : triangles[f]) weights.fans[next[v]++] = f;
-  for (int j = 0; j <= finest; ++j) {
-    std::vector<double> areas = vertex_areas(topology.level(j), prefix(prepared, j));
-    scale_to_mean_one(areas);
-    const std::size_t kept = j == 0 ? 0 : topology.level(j - 1).vertex_count;
-    weights.level_areas.emplace_back(areas.begin() + static_cast<std::ptrdiff_t>(kept),
-                                     areas.end());
-    if (j == finest) weights.areas = std::move(areas);
-  }
-  return weights;
-}
-
-double surface_error(const Prepared& prepared, const SurfaceWeights& weights,
-                     std::span<const Vec3> positions) {
-  const auto& triangles = prepared.topology.level(prepared.topology.level_count()).triangles;
-  const double sum = deterministic_sum<double>(positions.size(), [&](std::size_t v) {
-    const auto squared_to = [&](std::uint32_t other) {
-      const Vec3 offset = positions[v] - prepared.positions[other];
-      return dot(offset, offset);
-    };
-    // Vertices drift along the surface, so the nearest original vertex comes first, by descent.
-    auto nearest = static_cast<std::uint32_t>(v);
-    double least = squared_to(nearest);
-    for (std::uint32_t from = kNone; from != nearest;) {
-      from = nearest;
-      for (std::uint32_t i = weights.fan_begin[from]; i < weights.fan_begin[from + 1]; ++i) {
-        for (const std::uint32_t other : triangles[weights.fans[i]]) {
-          const double square = squared_to(other);
-          if (!(square < least)) continue;
-          least = square;
-          nearest = other;
-        }
-      }
-    }
-    for (std::uint32_t i = weights.fan_begin[nearest]; i < weights.fan_begin[nearest + 1]; ++i)
-      least = std::min(
-          least, squared_distance(positions[v], triangles[weights.fans[i]], prepared.positions));
-    return weights.areas[v] * least;
-  });
-  return sum / static_cast<double>(positions.size());
-}
-
 Targets interpolating_targets(const Prepared& prepared) {
   Targets targets;
   std::size_t begin = 0;
@@ -178,6 +73,12 @@ Targets interpolating_targets(const Prepared& prepared) {
     begin = end;
   }
   return targets;
+}
+
+std::vector<Vec3> target_normals(const Topology& topology, const Targets& targets) {
+  std::vector<Vec3> surface;
+  for (const auto& level : targets) surface.insert(surface.end(), level.begin(), level.end());
+  return surface_normals(topology, surface);
 }
 
 namespace {
@@ -277,17 +178,13 @@ double SparseSolver::cost_of(const std::vector<Vec3>& details) const {
 }
 
 void SparseSolver::shrink(double rate) {
-  for (int j = 0; j <= levels_; ++j) {
+  for (int j = 1; j <= levels_; ++j) {
     const auto level = static_cast<std::size_t>(j);
     const std::uint32_t begin = begin_of(j);
     const double unit = own_step(j);
     parallel_for_each_index(weights_.level_areas[level].size(), [&](std::size_t i) {
       const std::size_t v = begin + i;
       const double stride = rate / (gains_[level] * weights_.level_areas[level][i]);
-      if (j == 0) {
-        last_[v] = ahead_[v] + gradient_[v] * stride;
-        return;
-      }
       const double d = dot(directions_[v], ahead_[v]);
       const double moved = d + stride * dot(directions_[v], gradient_[v]);
       // One more step costs the less, the larger the detail is already.

@@ -11,10 +11,6 @@
 namespace nacre::codec {
 namespace {
 
-std::span<const Vec3> level_prefix(const Prepared& prepared, int level) {
-  return std::span(prepared.positions).first(prepared.topology.level(level).vertex_count);
-}
-
 Vec3 from_frame(const Frame& frame, const Vec3& detail) {
   return frame.normal * detail[0] + frame.tangent1 * detail[1] + frame.tangent2 * detail[2];
 }
@@ -56,6 +52,19 @@ double carried_energy(const Prepared& prepared, const CodedGeometry& coded, std:
 
 }  // namespace
 
+std::vector<std::vector<Vec3>> detail_vectors(const Topology& topology,
+                                              std::span<const Vec3> positions) {
+  std::vector<std::vector<Vec3>> bands;
+  for (int j = 0; j < topology.level_count(); ++j) {
+    const auto coarse = positions.first(topology.level(j).vertex_count);
+    auto vectors = wavelet::predict(topology, j, coarse).points;
+    for (std::size_t i = 0; i < vectors.size(); ++i)
+      vectors[i] = positions[coarse.size() + i] - vectors[i];
+    bands.push_back(std::move(vectors));
+  }
+  return bands;
+}
+
 Result<Prepared> prepare(const SemiRegularMesh& mesh, wavelet::Transform transform) {
   auto input = Topology::build(mesh.base_triangles, mesh.base_vertex_count, mesh.level_count);
   if (!input) return input.error();
@@ -82,13 +91,7 @@ Result<Prepared> prepare(const SemiRegularMesh& mesh, wavelet::Transform transfo
   if (!pyramid) return pyramid.error();
   prepared.pyramid = std::move(*pyramid);
   if (transform != wavelet::Transform::kButterfly) return prepared;
-  for (int j = 0; j < mesh.level_count; ++j) {
-    const auto coarse = level_prefix(prepared, j);
-    auto vectors = wavelet::predict(prepared.topology, j, coarse).points;
-    for (std::size_t i = 0; i < vectors.size(); ++i)
-      vectors[i] = prepared.positions[coarse.size() + i] - vectors[i];
-    prepared.vectors.push_back(std::move(vectors));
-  }
+  prepared.vectors = detail_vectors(prepared.topology, prepared.positions);
   return prepared;
 }
 

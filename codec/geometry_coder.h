@@ -29,6 +29,10 @@ struct Prepared {
 /// Renumbers the mesh and takes its wavelet transform.
 ///
 /// Errors   kBadInput, kLimitExceeded, kNoConvergence: those of the stages.
+/// Every vertex that a band adds, less its butterfly prediction; of each band.
+[[nodiscard]] std::vector<std::vector<Vec3>> detail_vectors(const Topology& topology,
+                                                            std::span<const Vec3> positions);
+
 [[nodiscard]] Result<Prepared> prepare(const SemiRegularMesh& mesh, wavelet::Transform transform);
 
 /// The geometry at one choice of steps: what is written and what the decoder will see.

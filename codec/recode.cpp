@@ -70,7 +70,10 @@ Result<CodedGeometry> code(const Prepared& prepared, const StepChoice& choice) {
   settings.steps = choice.steps;
   settings.lambda = choice.lambda;
   if (weights) settings.weights = &*weights;
-  if (weights && !choice.targets.empty()) settings.targets = &choice.targets;
+  if (weights && !choice.targets.empty()) {
+    settings.targets = &choice.targets;
+    weights->normals = target_normals(prepared.topology, choice.targets);
+  }
   return code_best(prepared, settings, best_gains(prepared));
 }
 

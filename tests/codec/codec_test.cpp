@@ -9,7 +9,6 @@
 #include <string>
 
 #include "codec/best_targets.h"
-#include "codec/best_targets.h"
 #include "synthetic.h"
 
 namespace nacre::codec {
