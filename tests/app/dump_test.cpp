@@ -211,7 +211,8 @@ TEST(FoldCheck, IsNotLedAstrayByThinSheets) {
 }
 
 DumpSettings all_of(const std::filesystem::path& folder) {
-  DumpSettings settings{folder, {}};
+  DumpSettings settings;
+  settings.work_dir = folder;
   settings.stages.fill(true);
   return settings;
 }
@@ -249,7 +250,8 @@ TEST(Dumper, WritesAFolderPerStep) {
 
 TEST(Dumper, WritesOnlyWhatIsWanted) {
   const Scratch scratch;
-  DumpSettings settings{scratch.folder(), {}};
+  DumpSettings settings;
+  settings.work_dir = scratch.folder();
   settings.stages[static_cast<std::size_t>(DumpStage::kBase)] = true;
   Dumper dumper(settings, false);
   EXPECT_FALSE(dumper.observer().cleaned);
@@ -289,7 +291,8 @@ TEST(Dumper, LeavesNoLevelsOfADeeperRun) {
   std::filesystem::create_directories(scratch.file("05-normal-mesh"));
   for (const char* name : {"level-0.ply", "level-3.ply", "level-4.ply", "notes.ply"})
     scratch.write(std::string("05-normal-mesh/") + name, "old");
-  DumpSettings settings{scratch.folder(), {}};
+  DumpSettings settings;
+  settings.work_dir = scratch.folder();
   settings.stages[static_cast<std::size_t>(DumpStage::kNormalMesh)] = true;
   Dumper dumper(settings, true);
   play(dumper);

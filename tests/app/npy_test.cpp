@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 #include "app/sha256.h"
@@ -73,12 +74,12 @@ TEST(Npy, RejectsEveryTruncation) {
 }
 
 TEST(Npy, RejectsHostileShapes) {
-  for (const char* shape : {"(18446744073709551615, 3)", "(6148914691236517206, 3)",
-                            "(1, 18446744073709551615)", "(1, 2, 3)", "()", "(", "(1", "(-1,)",
-                            "(1, 0)", "(99999999999999999999999,)"}) {
-    const Bytes hostile = file(
-        std::string("{'descr': '<f8', 'fortran_order': False, 'shape': ") + shape + ", }",
-        Bytes(24));
+  for (const char* shape :
+       {"(18446744073709551615, 3)", "(6148914691236517206, 3)", "(1, 18446744073709551615)",
+        "(1, 2, 3)", "()", "(", "(1", "(-1,)", "(1, 0)", "(99999999999999999999999,)"}) {
+    const Bytes hostile =
+        file(std::string("{'descr': '<f8', 'fortran_order': False, 'shape': ") + shape + ", }",
+             Bytes(24));
     EXPECT_FALSE(read_npy(hostile).has_value()) << shape;
   }
 }

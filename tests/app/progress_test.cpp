@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
+#include <string>
 
 namespace nacre::app {
 namespace {
@@ -15,6 +17,37 @@ TEST(ProgressLine, FillsWithTheShareDone) {
             "remesh               [###############               ]  50 %");
   EXPECT_EQ(progress_line("remesh", 1),
             "remesh               [##############################] 100 %");
+}
+
+TEST(ProgressLine, SaysWhatIsLeft) {
+  EXPECT_EQ(progress_line("remesh", 0.5, 12),
+            "remesh               [###############               ]  50 %  12 s left");
+  EXPECT_EQ(format_duration(0.2), "1 s");
+  EXPECT_EQ(format_duration(200), "3 min 20 s");
+  EXPECT_EQ(format_duration(3900), "1 h 5 min");
+  EXPECT_EQ(format_duration(-5), "0 s");
+}
+
+TEST(Console, TellsProgressAsJson) {
+  const std::atomic<bool> cancel{false};
+  testing::internal::CaptureStderr();
+  {
+    Console console(Verbosity::kQuiet, cancel, ProgressStyle::kJson);
+    const RunContext context = console.context();
+    context.report("piercing", 0.25);
+    context.report("piercing", 0.26);  // too soon
+    context.report("compare", 0);
+  }
+  const std::string text = testing::internal::GetCapturedStderr();
+  EXPECT_TRUE(text.starts_with(R"({"progress": {"stage": "piercing", "fraction": 0.250, )"))
+      << text;
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 2) << text;
+}
+
+TEST(Console, NoProgressWhereNoneIsWanted) {
+  const std::atomic<bool> cancel{false};
+  Console console(Verbosity::kNormal, cancel, ProgressStyle::kNone);
+  EXPECT_FALSE(console.context().progress);
 }
 
 TEST(ProgressLine, NeverLeavesItsBox) {

@@ -24,7 +24,7 @@ Scan shuffled(const Scan& scan, unsigned seed) {
   Scan out = scan;
   for (std::size_t v = 0; v < number.size(); ++v) out.positions[number[v]] = scan.positions[v];
   for (Triangle& t : out.triangles) {
-    const unsigned turn = random() % 3;
+    const auto turn = static_cast<std::size_t>(random() % 3);
     t = {number[t[turn]], number[t[(turn + 1) % 3]], number[t[(turn + 2) % 3]]};
   }
   std::ranges::shuffle(out.triangles, random);
@@ -89,8 +89,7 @@ TEST(SemiRegular, RegularAllOver) {
 }
 
 TEST(SemiRegular, PiecesGoAsFarAsTheLeastOne) {
-  const Scan both =
-      shapes::joined(shapes::sphere(2), shapes::moved(shapes::sphere(4), {5, 0, 0}));
+  const Scan both = shapes::joined(shapes::sphere(2), shapes::moved(shapes::sphere(4), {5, 0, 0}));
   expect_same_mesh(shuffled(both, 7), 2, 8 + 128);
 }
 
@@ -123,8 +122,9 @@ TEST(SemiRegular, RefusesWhatNoSplitsMake) {
   const auto refusal = [](const Scan& scan) {
     const auto found = recognise_subdivision(scan);
     EXPECT_FALSE(found.has_value());
-    if (!found) EXPECT_EQ(found.error().code, ErrorCode::kGeometryRefused);
-    return found ? std::string() : found.error().message;
+    if (found) return std::string();
+    EXPECT_EQ(found.error().code, ErrorCode::kGeometryRefused);
+    return found.error().message;
   };
   EXPECT_NE(refusal(shapes::icosahedron()).find("piece 0 of 1 (20 triangles)"), std::string::npos);
   refusal(shapes::tetrahedron());
