@@ -1,7 +1,7 @@
 #!/bin/bash
 # Runs a batch on a private Slurm cluster of three nodes on this machine, with faults, and compares
 # every output with that of a run without Slurm:
-#   slurm_test.sh NACRE SCANS   (a folder of scans; encoded with cheap options)
+#   slurm_test.sh NACRE [SCANS]   (a folder of scans, encoded with cheap options; default: made here)
 # Faults: a node loses its power in the middle of a shard; another is cut off and its shard is given
 # to a third while the first copy still runs; a shard is told to stop (75) and goes on; the controller
 # is killed and started again. Nothing of the machine's own Slurm is read or changed. Leaves with 77,
@@ -9,7 +9,7 @@
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 nacre=$(realpath "$1")
-scans=$(realpath "$2")
+scans=${2:+$(realpath "$2")}
 
 skip() {
   echo "SKIPPED: $1"
@@ -99,7 +99,8 @@ done >>"$SLURM_CONF"
 echo "PartitionName=scan Nodes=n[1-$nodes] Default=YES LLN=YES MaxTime=INFINITE State=UP" >>"$SLURM_CONF"
 
 munged --foreground --force --socket="$dir/munge/sock" --key-file="$dir/munge/key" \
-  --pid-file="$dir/munge/pid" --log-file="$dir/munge/log" --seed-file="$dir/munge/seed" &
+  --pid-file="$dir/munge/pid" --log-file="$dir/munge/log" --seed-file="$dir/munge/seed" \
+  >/dev/null 2>&1 &
 pids+=($!)
 start_controller() { # slurmctld [-c]
   slurmctld -D "$@" >/dev/null 2>&1 &
@@ -120,6 +121,31 @@ until_true 30 "three idle nodes" all_idle
 say "three nodes are up"
 
 # --- the batch, without and with Slurm -------------------------------------------------------------
+# Wavy tori of a few hundred triangles, two dozen; and a file that is no scan.
+make_scans() {
+  mkdir -p "$1/sub"
+  for i in $(seq 24); do
+    awk -v w="$i" 'BEGIN {
+      n = 12; m = 6; pi = atan2(0, -1)
+      printf "OFF\n%d %d 0\n", n * m, 2 * n * m
+      for (i = 0; i < n; i++) for (k = 0; k < m; k++) {
+        u = 2 * pi * i / n; v = 2 * pi * k / m
+        s = 0.4 + 0.05 * sin(w * u + v); r = 1 + s * cos(v)
+        printf "%g %g %g\n", r * cos(u), r * sin(u), s * sin(v)
+      }
+      for (i = 0; i < n; i++) for (k = 0; k < m; k++) {
+        a = i * m + k; b = (i + 1) % n * m + k
+        c = (i + 1) % n * m + (k + 1) % m; d = i * m + (k + 1) % m
+        printf "3 %d %d %d\n3 %d %d %d\n", a, b, c, a, c, d
+      }
+    }' >"$1/$([ $((i % 3)) -eq 0 ] && echo sub/)torus$i.off"
+  done
+  echo "OFF 1" >"$1/broken.off"
+}
+if [ -z "$scans" ]; then
+  scans=$dir/scans
+  make_scans "$scans"
+fi
 options=(-- --size 2k --levels 2 --effort fast --samples 1000)
 "$nacre" batch plan "$scans" -o "$dir/alone.jsonl" --output-dir "$dir/alone" -q "${options[@]}"
 "$nacre" batch plan "$scans" -o "$dir/manifest.jsonl" --output-dir "$dir/out" -q "${options[@]}"
@@ -183,6 +209,7 @@ dead=$(node_of "$dead_shard")
 touch "$dir/go-$dead_shard"
 working() { ls "$dir"/out/.nacre/work/*/0 >/dev/null 2>&1 || event end "$dead_shard"; }
 until_true 30 "shard $dead_shard to work" working
+disown "${node_pid[${dead#n}]}" # bash need not tell of its death
 kill -KILL "${node_pid[${dead#n}]}"
 say "node $cut cut off with shard 0, node $dead dead with shard $dead_shard"
 # Fault 3: a shard on the third node is told to stop, as before the end of its time.

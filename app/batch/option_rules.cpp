@@ -24,11 +24,13 @@
 namespace nacre::app::batch {
 namespace {
 
-constexpr std::array<std::string_view, 5> kGoals = {"--size", "--bits-per-vertex", "--psnr",
-                                                    "--max-error", "--quality"};
-constexpr std::array<std::string_view, 12> kOwn = {
-    "-o", "--output",  "-f",       "--force", "-q",         "--quiet",
-    "-v", "--verbose", "--report", "--dump",  "--work-dir", "--threads"};
+constexpr std::array<std::string_view, 6> kGoals = {
+    "--size", "--bits-per-vertex", "--bits-per-semi-regular-vertex",
+    "--psnr", "--max-error",       "--quality"};
+constexpr std::array<std::string_view, 17> kOwn = {
+    "-o",     "--output",  "-f",        "--force",    "-q",          "--quiet",
+    "-v",     "--verbose", "--report",  "--dump",     "--work-dir",  "--threads",
+    "--from", "--until",   "--dry-run", "--progress", "--max-memory"};
 /// Marks an option that a rule takes away again.
 constexpr const char* kRemoved = "\0removed";
 
