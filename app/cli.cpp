@@ -133,7 +133,8 @@ CLI::Validator positive_number() { return number_within(1e-300, 1e300, "a positi
 
 /// Option values that need a conversion of our own before they are a command.
 struct Raw {
-  std::string transform = "butterfly", profile = "best", effort = "normal", repair = "safe", up = "y";
+  std::string transform = "butterfly", profile = "best", effort = "normal", repair = "safe", up = "y",
+              level_table = "auto";
   std::optional<std::string> size, max_error;
   std::optional<double> bits_per_vertex, bits_per_semi_regular_vertex, psnr, quality;
   bool quiet = false, verbose = false;
@@ -265,7 +266,14 @@ struct Parser {
         ->capture_default_str();
     add_remesh_options(verb, encode.remesh);
     add_samples(verb, encode.samples);
-    verb->add_option("--report", encode.report, "Write all figures of the run to this .json file");
+    verb->add_flag("--certify", encode.certify,
+                   "Prove the maximum error, as --max-error does, and keep the bound in the file");
+    verb->add_option("--level-table", raw.level_table,
+                     "Keep PSNR and maximum error of each level in the file: on, off, or auto: "
+                     "where that takes at most 1 % of it and the effort is normal")
+        ->check(CLI::IsMember({"auto", "on", "off"}))
+        ->capture_default_str();
+    verb->add_option("--report", encode.report, "Write all figures of the run to this .json file, or a page with pictures and plots to this .html file");
     auto* semi_regular = verb->add_flag(
         "--semi-regular", encode.remesh.semi_regular,
         "The input is semi-regular already (another remesher's): find its 1 to 4 splits, whatever "
@@ -408,6 +416,10 @@ Result<Command> finish_encode(const Raw& raw, const StageParser& stages, EncodeC
   command.goal = goal->value_or(Goal{});
   command.profile = codec::profile_of_name(raw.profile).value_or(command.profile);
   if (raw.effort == "fast") command.effort = codec::Effort::kFast;
+  // Certifying each level takes about as long as fast coding.
+  if (raw.effort == "fast") command.level_table = LevelTableMode::kOff;
+  if (raw.level_table == "on") command.level_table = LevelTableMode::kOn;
+  if (raw.level_table == "off") command.level_table = LevelTableMode::kOff;
   if (raw.transform == "loop") command.transform = wavelet::Transform::kLoop;
   command.remesh.repair = repair_policy(raw.repair);
   set_verbosity(raw, command.common);

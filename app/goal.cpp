@@ -31,12 +31,12 @@ double interpolate(double Usual::*from, double Usual::*to, double x) {
   return a.*to + (b.*to - a.*to) * (x - a.*from) / (b.*from - a.*from);
 }
 
-constexpr double kBasePerRootByte = 3.6;
+constexpr double kBasePerRootByte = 3.6, kMostByRate = 480;
 /// A base vertex costs about 25 bits; so many may be spent on shape where the shape asks for it.
 constexpr double kBytesPerBaseVertex = 25.0 / 8, kMostBaseShare = 0.2;
 /// A base mesh with more than this share of the scan's vertices is none.
 constexpr double kMostOfScan = 1.0 / 8;
-constexpr double kTrianglesPerByte = 40;
+constexpr double kTrianglesPerByte = 32;
 
 }  // namespace
 
@@ -107,7 +107,8 @@ double expected_bytes(const Goal& goal, std::size_t input_vertices, double bbox_
 RemeshSettings for_size(RemeshSettings settings, double bytes, std::size_t input_vertices) {
   bytes = std::clamp(bytes, 1.0, 1e9);
   const double most_of_scan = std::max(kMostOfScan * static_cast<double>(input_vertices), 4.0);
-  const double least = std::clamp(kBasePerRootByte * std::sqrt(bytes), 4.0, most_of_scan);
+  const double least =
+      std::clamp(std::min(kBasePerRootByte * std::sqrt(bytes), kMostByRate), 4.0, most_of_scan);
   settings.least_base_vertices = static_cast<int>(least);
   settings.most_base_vertices =
       static_cast<int>(std::max(least, kMostBaseShare * bytes / kBytesPerBaseVertex));

@@ -319,10 +319,11 @@ Result<void> enter(Dumper& dumper, Prepared& prepared, Steps& steps, Console& co
     if (entry->record.stage == DumpStage::kInput) {
       Result<Scan> scan = scan_from(*entry);
       if (!scan) return scan.error();
-      prepared.scan = std::move(*scan);
-      prepared.input.vertices = prepared.input.goal_vertices = prepared.scan.positions.size();
-      prepared.input.faces = prepared.scan.triangles.size();
-      prepared.input.origin = prepared.scan.origin;
+      (prepared.to_remesh ? *prepared.to_remesh : prepared.scan) = std::move(*scan);
+      const Scan& source = prepared.source();
+      prepared.input.vertices = prepared.input.goal_vertices = source.positions.size();
+      prepared.input.faces = source.triangles.size();
+      prepared.input.origin = source.origin;
       prepared.input.bbox_diagonal = bbox_diagonal(prepared.scan);
     }
   }
