@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "app/files.h"
+#include "bench/draco_peer.h"
 #include "bench/support.h"
 #include "codec/codec.h"
 #include "io/io.h"
@@ -61,15 +62,34 @@ std::vector<std::uint8_t> encode(const Input& input, Profile profile,
 /// Reports the median of some runs, and semi-regular vertices per second: of this thread's own time
 /// where it is alone, which a busy machine changes least, else of wall time.
 template <class Body>
-void add(const std::string& name, const Input& input, bool is_parallel, const Body& body) {
+void add(const std::string& name, std::size_t items, bool is_parallel, const Body& body) {
   auto* const added =
-      benchmark::RegisterBenchmark(name.c_str(), [&input, body](benchmark::State& state) {
+      benchmark::RegisterBenchmark(name.c_str(), [items, body](benchmark::State& state) {
         for (auto _ : state) benchmark::DoNotOptimize(body());
-        state.SetItemsProcessed(
-            static_cast<std::int64_t>(state.iterations() * input.mesh.positions.size()));
+        state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(items));
       });
   added->Unit(benchmark::kMillisecond)->Repetitions(5)->ReportAggregatesOnly();
   if (is_parallel) added->UseRealTime()->MeasureProcessCPUTime();
+}
+
+template <class Body>
+void add(const std::string& name, const Input& input, bool is_parallel, const Body& body) {
+  add(name, input.mesh.positions.size(), is_parallel, body);
+}
+
+/// What a user has today; items are the scan's vertices, which is what it decodes to.
+void add_draco(const Input& input) {
+  for (const int level : {7, 10}) {
+    for (const int bits : {9, 11}) {
+      const auto bytes = draco_encode(input.scan, bits, level);
+      if (!bytes) {
+        fmt::print("Draco is not there: install libdraco-dev and configure again\n\n");
+        return;
+      }
+      add(fmt::format("decode/draco/level_{}/{}_bits_a_coordinate", level, bits),
+          input.scan.positions.size(), false, [b = *bytes] { return draco_decode(b); });
+    }
+  }
 }
 
 void add_decoding(const Input& input) {
@@ -116,6 +136,7 @@ int main_of(int argc, char** argv) {
       input.mesh.positions.size(), input.mesh.level_count);
   std::fflush(stdout);
   add_decoding(input);
+  add_draco(input);
   add_encoding(input);
   benchmark::RunSpecifiedBenchmarks();
   return 0;
