@@ -153,7 +153,9 @@ Result<SemiRegularMesh> mesh_for_size(const PreparedScan& scan, const CacheOptio
   settings.levels = options.levels;
   settings = app::for_size(settings, static_cast<double>(bytes), scan.input_vertices);
   return remeshed(scan, options, app::remesh_options(settings),
-                  fmt::format("b{}-j{}-s{}", options.base_vertices, options.levels, bytes));
+                  fmt::format("b{}-j{}-l{}-m{}-t{}", options.base_vertices, options.levels,
+                              settings.least_base_vertices, settings.most_base_vertices,
+                              settings.least_triangles));
 }
 
 Result<metric::Comparison> distance_to_scan(const PreparedScan& scan, const SemiRegularMesh& mesh,
