@@ -345,12 +345,12 @@ TEST_F(StageRun, EditsThatDoNotFitAreRefused) {
   positions.pop_back();
   set_array(w + "/05-normal-mesh/positions.npy", positions);
   expect_from_error(4, "no number of splits", w + "/05-normal-mesh");
+  scratch->write(w + "/08-steps/steps.json", R"({"profile": "best"})");
+  expect_from_error(3, "steps.json: needs", w + "/08-steps");
   auto details = array<Vec3>(w + "/06-coefficients/band-0.npy");
   details[0][0] = std::nan("");
   set_array(w + "/06-coefficients/band-0.npy", details);
   expect_from_error(4, "row 0 is no usable point", w + "/06-coefficients");
-  scratch->write(w + "/08-steps/steps.json", R"({"profile": "best"})");
-  expect_from_error(3, "steps.json: needs", w + "/08-steps");
   auto points = array<std::array<std::int32_t, 3>>(w + "/09-symbols/band-0.npy");
   points.pop_back();
   set_array(w + "/09-symbols/band-0.npy", points);
