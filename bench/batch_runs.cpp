@@ -16,6 +16,8 @@
 #include <fstream>
 #include <map>
 #include <random>
+#include <span>
+#include <sstream>
 #include <thread>
 
 #include "base/topology.h"
@@ -53,8 +55,8 @@ std::vector<std::string> words_of(const std::string& text) {
 /// A torus of about so many triangles with waves on it; every seed another.
 Scan wavy_torus(std::size_t triangles, unsigned seed) {
   std::mt19937 random(seed);
-  const auto wave = [&] { return 1 + random() % 6; };
-  const unsigned a = wave(), b = wave(), c = wave(), d = wave();
+  const auto wave = [&] { return static_cast<double>(1 + random() % 6); };
+  const double a = wave(), b = wave(), c = wave(), d = wave();
   const auto n = static_cast<std::uint32_t>(std::sqrt(static_cast<double>(triangles)));
   const auto m = static_cast<std::uint32_t>(std::max<std::size_t>(3, triangles / 2 / n));
   Scan scan;

@@ -211,7 +211,9 @@ Result<void> Runner::failed(std::size_t item, const ChildEnd& end, const Active&
   failure.key =
       failure_key(stamp_of(scan_path(manifest_, entry)).value_or(FileStamp{}), entry.options);
   const std::optional<Failure> before = store_.failure(entry);
-  failure.attempts = (before && before->key == failure.key ? before->attempts : 0) + 1;
+  // Of a shard that runs twice at once, the other copy may have counted the last one already.
+  const int counted = before && before->key == failure.key ? before->attempts : 0;
+  failure.attempts = std::min(counted + 1, kMostAttempts);
   failure.exit_code = end.exit_code;
   failure.signal = end.signal;
   failure.message = last_line(active.work / "stderr");
