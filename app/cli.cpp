@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "app/cli_batch.h"
-#include "app/cli_prefix.h"
 #include "app/cli_completion.h"
+#include "app/cli_prefix.h"
 #include "app/cli_run.h"
 #include "app/cli_stages.h"
 #include "app/sizes.h"
@@ -24,8 +24,8 @@
 namespace nacre::app {
 namespace {
 
-constexpr std::array<std::string_view, 9> kVerbs = {"encode", "decode", "remesh", "compare",
-                                                    "info",   "stage",  "batch", "cut", "completion"};
+constexpr std::array<std::string_view, 9> kVerbs = {
+    "encode", "decode", "remesh", "compare", "info", "stage", "batch", "cut", "completion"};
 
 constexpr const char* kDescription =
     "nacre: raw scanned triangle meshes to small bitstreams and back.\n"
@@ -133,8 +133,8 @@ CLI::Validator positive_number() { return number_within(1e-300, 1e300, "a positi
 
 /// Option values that need a conversion of our own before they are a command.
 struct Raw {
-  std::string transform = "butterfly", profile = "best", effort = "normal", repair = "safe", up = "y",
-              level_table = "auto";
+  std::string transform = "butterfly", profile = "best", effort = "normal", repair = "safe",
+              up = "y", level_table = "auto";
   std::optional<std::string> size, max_error;
   std::optional<double> bits_per_vertex, bits_per_semi_regular_vertex, psnr, quality;
   bool quiet = false, verbose = false;
@@ -188,7 +188,8 @@ struct Parser {
   }
 
   void add_completion() {
-    CLI::App* verb = app.add_subcommand("completion", "Print completions for a shell, or the manual page");
+    CLI::App* verb =
+        app.add_subcommand("completion", "Print completions for a shell, or the manual page");
     verb->footer(kCompletionFooter);
     verb->add_option("SHELL", completion_shell, "bash, zsh, fish, or man for the manual page")
         ->required()
@@ -222,23 +223,28 @@ struct Parser {
 
   void add_goals(CLI::App* verb) {
     auto* goals = verb->add_option_group("Goal", "What the file shall be; at most one");
-    goals->add_option("--quality", raw.quality,
-                      "0 .. 100, default 75: the finest step is the scan's diagonal / 2^(4 + Q / 12.5)")
+    goals
+        ->add_option(
+            "--quality", raw.quality,
+            "0 .. 100, default 75: the finest step is the scan's diagonal / 2^(4 + Q / 12.5)")
         ->check(number_within(0, 100, "a quality from 0 to 100"));
     goals->add_option("--size", raw.size,
                       "The whole file, never exceeded: 6061, 6k (= 6000), 6Ki (= 6144), 1.5M");
-    goals->add_option("--psnr", raw.psnr,
-                      "The smallest file that has this PSNR against the scan, dB")
+    goals
+        ->add_option("--psnr", raw.psnr,
+                     "The smallest file that has this PSNR against the scan, dB")
         ->check(number_within(1, 400, "a PSNR from 1 to 400 dB"));
     goals->add_option("--max-error", raw.max_error,
                       "The smallest file no point of which, nor of the scan, is farther from the "
                       "other surface: 0.05 (model units), 0.02% (of the scan's diagonal). Proved");
-    goals->add_option("--bits-per-vertex", raw.bits_per_vertex,
-                      "Bits of the whole file per vertex of the input file (STL, which repeats "
-                      "them: per distinct vertex)")
+    goals
+        ->add_option("--bits-per-vertex", raw.bits_per_vertex,
+                     "Bits of the whole file per vertex of the input file (STL, which repeats "
+                     "them: per distinct vertex)")
         ->check(positive_number());
-    goals->add_option("--bits-per-semi-regular-vertex", raw.bits_per_semi_regular_vertex,
-                      "The same per vertex of the finest level")
+    goals
+        ->add_option("--bits-per-semi-regular-vertex", raw.bits_per_semi_regular_vertex,
+                     "The same per vertex of the finest level")
         ->check(positive_number());
     goals->require_option(0, 1);
   }
@@ -249,12 +255,15 @@ struct Parser {
     verb->add_option("SCAN", encode.scan, "The scan to compress")->required();
     verb->add_option("-o,--output", encode.output, "The .ncr file to write");
     add_goals(verb);
-    verb->add_option("--profile", raw.profile, "Coder: best, paper (ICASSP 2006, lattice VQ), or for comparison nmc (zerotrees), "
-                     "eqmc (variance classes)")
+    verb->add_option(
+            "--profile", raw.profile,
+            "Coder: best, paper (ICASSP 2006, lattice VQ), or for comparison nmc (zerotrees), "
+            "eqmc (variance classes)")
         ->check(CLI::IsMember({"best", "paper", "nmc", "eqmc"}))
         ->capture_default_str();
-    verb->add_option("--effort", raw.effort,
-                     "How long profile best searches: normal, or fast for a few per cent more bytes")
+    verb->add_option(
+            "--effort", raw.effort,
+            "How long profile best searches: normal, or fast for a few per cent more bytes")
         ->check(CLI::IsMember({"normal", "fast"}))
         ->capture_default_str();
     verb->add_option("--transform", raw.transform, "Wavelets: butterfly or loop")
@@ -273,7 +282,9 @@ struct Parser {
                      "where that takes at most 1 % of it and the effort is normal")
         ->check(CLI::IsMember({"auto", "on", "off"}))
         ->capture_default_str();
-    verb->add_option("--report", encode.report, "Write all figures of the run to this .json file, or a page with pictures and plots to this .html file");
+    verb->add_option("--report", encode.report,
+                     "Write all figures of the run to this .json file, or a page with pictures and "
+                     "plots to this .html file");
     auto* semi_regular = verb->add_flag(
         "--semi-regular", encode.remesh.semi_regular,
         "The input is semi-regular already (another remesher's): find its 1 to 4 splits, whatever "
@@ -395,7 +406,8 @@ Result<std::optional<Goal>> goal_of(const Raw& raw) {
     return std::optional(
         Goal{error->is_percent ? Kind::kMaxErrorPercent : Kind::kMaxError, error->value});
   }
-  if (raw.bits_per_vertex) return std::optional(Goal{Kind::kBitsPerInputVertex, *raw.bits_per_vertex});
+  if (raw.bits_per_vertex)
+    return std::optional(Goal{Kind::kBitsPerInputVertex, *raw.bits_per_vertex});
   if (raw.bits_per_semi_regular_vertex)
     return std::optional(Goal{Kind::kBitsPerSemiRegularVertex, *raw.bits_per_semi_regular_vertex});
   if (raw.psnr) return std::optional(Goal{Kind::kPsnr, *raw.psnr});
@@ -511,7 +523,8 @@ Result<Command> parse_command_line(std::span<const std::string> arguments) {
   Parser parser;
   if (arguments.empty()) {
     return usage_error(
-        "what shall it do? encode, decode, remesh, compare, info, cut, stage or batch (see nacre --help)");
+        "what shall it do? encode, decode, remesh, compare, info, cut, stage or batch (see nacre "
+        "--help)");
   }
   const std::string& verb = arguments.front();
   const bool known = std::ranges::find(kVerbs, verb) != kVerbs.end();
@@ -521,7 +534,8 @@ Result<Command> parse_command_line(std::span<const std::string> arguments) {
         fmt::format("{} '{}'{} (see nacre --help)", what, verb, did_you_mean(verb, kVerbs)));
   }
   // Behind "--" a batch has options of encode, which are not its own.
-  const auto encode_options = verb == "batch" ? std::ranges::find(arguments, "--") : arguments.end();
+  const auto encode_options =
+      verb == "batch" ? std::ranges::find(arguments, "--") : arguments.end();
   const std::span<const std::string> words(arguments.begin(), encode_options);
   CLI::App* selected = known ? parser.app.get_subcommand(verb) : &parser.app;
   const std::string hint =

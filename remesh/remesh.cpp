@@ -11,6 +11,7 @@
 #include "remesh/adjacency.h"
 #include "remesh/choose_base.h"
 #include "remesh/pierce.h"
+#include "remesh/simplify.h"
 #include "remesh/split_edges.h"
 #include "remesh/surface_map.h"
 
@@ -138,6 +139,52 @@ Result<void> check(const MappedScan& mapped) {
   return {};
 }
 
+/// Base vertices that pieces, boundary loops and handles need before any are there for the shape.
+std::size_t vertices_for_topology(const std::vector<PieceReport>& pieces) {
+  std::size_t count = 0;
+  for (const PieceReport& piece : pieces)
+    count += 4 + 3 * piece.boundary_loops + 4 * static_cast<std::size_t>(std::max(piece.genus, 0));
+  return count;
+}
+
+/// Pieces, holes and handles come out well where the base has so many times the vertices that they
+/// need, if that is not more than a share of the scan's.
+constexpr std::size_t kPerTopology = 20, kScanPerBase = 25;
+
+BaseSize base_size(const Options& options, const std::vector<PieceReport>& pieces,
+                   std::size_t scan_vertices) {
+  BaseSize size = {options.base_vertices, options.least_base_vertices, options.most_base_vertices};
+  const std::size_t needed = vertices_for_topology(pieces);
+  // As few as that would be bad everywhere.
+  if (2 * needed > static_cast<std::size_t>(size.most)) size.most = 0;
+  std::size_t well = std::min(kPerTopology * needed, scan_vertices / kScanPerBase);
+  if (size.most > 0) well = std::min(well, static_cast<std::size_t>(size.most));
+  size.least = std::max(size.least, static_cast<int>(well));
+  return size;
+}
+
+/// The scan with far fewer triangles, as a scan.
+Result<CleanScan> simplified(CleanScan cleaned, int vertices, const RunContext& context) {
+  SimplifyOptions options;
+  options.base_vertices = vertices;
+  options.shape_weight = 0;
+  const auto map = simplify(cleaned.scan, options, {}, context);
+  if (!map) return map.error();
+  CleanScan out;
+  out.scan.origin = cleaned.scan.origin;
+  out.scan.triangles = map->base.triangles;
+  std::vector<std::uint32_t> piece_of_vertex(cleaned.scan.positions.size(), 0);
+  for (std::size_t f = 0; f < cleaned.piece.size(); ++f)
+    for (const std::uint32_t v : cleaned.scan.triangles[f]) piece_of_vertex[v] = cleaned.piece[f];
+  for (const std::uint32_t v : map->base.scan_vertex)
+    out.scan.positions.push_back(cleaned.scan.positions[v]);
+  for (const Triangle& t : out.scan.triangles)
+    out.piece.push_back(piece_of_vertex[map->base.scan_vertex[t[0]]]);
+  out.pieces = std::move(cleaned.pieces);
+  out.report = std::move(cleaned.report);
+  return out;
+}
+
 /// The scan mapped onto itself.
 MappedScan keep(CleanScan cleaned, int levels, const char* why) {
   MappedScan out;
@@ -162,8 +209,7 @@ Result<MappedScan> simplify_and_map(CleanScan cleaned, const Options& options,
   MappedScan out;
   const auto scan = std::make_shared<Scan>(std::move(cleaned.scan));
   out.tree = std::make_shared<const LineTree>(*scan);
-  const BaseSize size = {options.base_vertices, options.least_base_vertices,
-                         options.most_base_vertices};
+  const BaseSize size = base_size(options, cleaned.pieces, scan->positions.size());
   auto map = choose_base(*scan, *out.tree, size, options.levels, options.predict, context);
   if (!map) return map.error();
   out.map = std::move(*map);
@@ -185,8 +231,12 @@ Result<MappedScan> map_onto_base(CleanScan cleaned, const Options& options,
     if (options.observer.base) options.observer.base(*mapped.scan, mapped.map);
     return mapped;
   };
-  if (options.keep_triangles)
-    return told(keep(std::move(cleaned), options.levels, ""));
+  if (options.keep_triangles) {
+    if (options.base_vertices == 0) return told(keep(std::move(cleaned), options.levels, ""));
+    auto fewer = simplified(std::move(cleaned), options.base_vertices, context);
+    if (!fewer) return fewer.error();
+    return told(keep(std::move(*fewer), options.levels, ""));
+  }
   CleanScan whole;
   if (cleaned.scan.triangles.size() < static_cast<std::size_t>(kLeastTriangles)) whole = cleaned;
   auto mapped = simplify_and_map(std::move(cleaned), options, context);

@@ -80,14 +80,16 @@ struct Options {
   /// How often the base is split. 0: enough for the semi-regular mesh to resolve the scan.
   int levels = 0;
   /// Vertices of the base mesh, all pieces together. 0: chosen from the scan, from
-  /// least_base_vertices to most_base_vertices (0: no bound).
+  /// least_base_vertices to most_base_vertices (0: no bound; nor where the scan has so many pieces,
+  /// holes and handles that they need half of it).
   int base_vertices = 0;
   int least_base_vertices = 0, most_base_vertices = 0;
   /// Where levels is 0: the finest mesh gets at least so many triangles, ...
   std::size_t least_triangles = 0;
   /// ... if that is not more than 16 for each one of the scan.
-  /// The scan's own triangles are the base mesh, as they are after cleaning; `levels` splits follow,
-  /// also if that is 0. No fallback, as it was asked for.
+  /// The scan's own triangles are the base mesh, as they are after cleaning, or simplified to
+  /// base_vertices if that is not 0; `levels` splits follow, also if that is 0. No fallback, as it
+  /// was asked for.
   bool keep_triangles = false;
   RepairPolicy repair = RepairPolicy::kSafe;
   /// See clean(). 0: every piece is kept.

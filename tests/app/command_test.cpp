@@ -171,8 +171,8 @@ TEST_F(Commands, RemeshWritesANormalMesh) {
 TEST_F(Commands, RemeshWritesItsStepsDown) {
   save(scratch, "cap.ply", shapes::hemisphere(4));
   const std::vector<std::string> remesh = {
-      "remesh",     path("cap.ply"), "-o",     path("semi.ply"), "--levels", "2",
-      "--work-dir", path("steps"),   "--dump", "all",            "--samples", kSamples};
+      "remesh",      path("cap.ply"), "-o",  path("semi.ply"), "--levels", "2", "--work-dir",
+      path("steps"), "--dump",        "all", "--samples",      kSamples};
   const Outcome outcome = good(remesh);
   for (const char* direction : {"A -> B  rms", "B -> A  rms"})
     EXPECT_NE(outcome.err.find(direction), std::string::npos) << outcome.err;
@@ -189,8 +189,13 @@ TEST_F(Commands, RemeshWritesItsStepsDown) {
   EXPECT_EQ(load("steps/05-normal-mesh/level-2.ply").positions, load("semi.ply").positions);
   std::vector<std::string> again = remesh;
   again[3] = path("other.ply");
-  EXPECT_EQ(run(again).exit_code, 2) << "the steps are there already";
-  EXPECT_FALSE(scratch.has("other.ply"));
+  // The steps are there already, from the same input and options: they are used.
+  good(again);
+  EXPECT_EQ(load("other.ply").positions, load("semi.ply").positions);
+  again[3] = path("third.ply");
+  again.insert(again.end(), {"--base-vertices", "12"});
+  EXPECT_EQ(run(again).exit_code, 2) << "steps of other options are not overwritten";
+  EXPECT_FALSE(scratch.has("third.ply"));
 }
 
 TEST_F(Commands, CompareMapsAndDrawsTheDistance) {
