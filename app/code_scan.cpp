@@ -18,6 +18,10 @@ namespace {
 constexpr int kSmallerBases = 4;
 /// A goal that the usual mesh cannot reach is tried with that for so much larger a file.
 constexpr double kFiner = 6;
+/// What a vertex of a simplified mesh costs, about; steps between trials of their number; how many;
+/// and how far behind the first may be for another to be worth it.
+constexpr double kBitsPerVertex = 30, kVertexRatio = 1.25, kHopelessDb = 1.5;
+constexpr int kSimplifiedTrials = 6;
 /// Where a file has more bits than this for each vertex of the scan, its own triangles may pay.
 constexpr double kBitsForOwnTriangles = 12;
 
@@ -65,6 +69,7 @@ class ScanCoder {
   Result<bool> try_smaller_bases(Result<Coded>& coded);
   Result<bool> try_finer_mesh(Result<Coded>& coded);
   Result<bool> try_own_triangles(Result<Coded>& coded);
+  Result<bool> try_simplified(Result<Coded>& coded);
   [[nodiscard]] Error unreachable(const Coded& nearest) const;
   [[nodiscard]] Error too_small(const Error& error) const;
 
@@ -134,6 +139,38 @@ Result<bool> ScanCoder::try_own_triangles(Result<Coded>& coded) {
   return taken;
 }
 
+Result<bool> ScanCoder::try_simplified(Result<Coded>& coded) {
+  const double semi_regular = coded->distance.psnr_db;
+  const double first = 8 * static_cast<double>(coded->size_limit) / kBitsPerVertex;
+  double vertices = first, factor = kVertexRatio;
+  bool taken = false;
+  for (int i = 0; i < kSimplifiedTrials; ++i) {
+    RemeshSettings settings = command_.remesh;
+    settings.keep_triangles = true;
+    settings.base_vertices = static_cast<int>(std::max(vertices, 4.0));
+    if (static_cast<double>(settings.base_vertices) >=
+        static_cast<double>(prepared_.input.goal_vertices))
+      break;
+    double psnr = 0;
+    const auto better = attempt(settings, coded, [&](const Result<Coded>& other) {
+      psnr = other ? other->distance.psnr_db : 0;
+      return other && psnr > coded->distance.psnr_db;
+    });
+    if (!better) return better;
+    if (*better) coded->remark = "flat and sharp: a simplified mesh without levels is better";
+    taken = taken || *better;
+    if (i == 0 && psnr < semi_regular - kHopelessDb) break;
+    // More vertices while that is better; then fewer than at first.
+    if (i > 0 && !*better) {
+      if (factor < 1 || i > 1) break;
+      factor = 1 / kVertexRatio;
+      vertices = first;
+    }
+    vertices *= factor;
+  }
+  return taken;
+}
+
 Error ScanCoder::unreachable(const Coded& nearest) const {
   Goal goal = command_.goal;
   if (goal.kind == Goal::Kind::kPsnr) {
@@ -166,6 +203,9 @@ Result<Coded> ScanCoder::run() {
   if (!is_mesh_given(command_)) {
     if (is_unreachable()) {
       if (const auto tried = try_smaller_bases(coded); !tried) return tried.error();
+    }
+    if (coded && has_size(command_.goal) && command_.transform == wavelet::Transform::kButterfly) {
+      if (const auto tried = try_simplified(coded); !tried) return tried.error();
     }
     if (coded && !coded->reached) {
       if (const auto tried = try_finer_mesh(coded); !tried) return tried.error();

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "run_command.h"
+#include "support/corpus.h"
 
 namespace nacre::app::test {
 namespace {
@@ -113,6 +114,20 @@ TEST_F(Goals, NearlyAllThatTheScanHasTakesItsOwnTriangles) {
   ASSERT_EQ(out.exit_code, 0) << out.err;
   EXPECT_GE(compared()["psnr_db"].get<double>(), 100);
   EXPECT_NE(out.err.find("its own triangles"), std::string::npos) << out.err;
+}
+
+TEST_F(Goals, FlatsAndCreasesAreASimplifiedMesh) {
+  NACRE_SKIP_WITHOUT("fandisk.obj");
+  const std::string scan = corpus::mesh("fandisk.obj").string();
+  const Outcome out =
+      run({"encode", scan, "-o", file("fandisk.ncr"), "--size", "6k", "--samples", "20000"});
+  ASSERT_EQ(out.exit_code, 0) << out.err;
+  EXPECT_LE(scratch_.read("fandisk.ncr").size(), 6000u);
+  EXPECT_NE(out.err.find("a simplified mesh"), std::string::npos) << out.err;
+  const Outcome compared =
+      run({"compare", scan, file("fandisk.ncr"), "--json", "--samples", "20000"});
+  // No semi-regular mesh of that size gets past 80 dB.
+  EXPECT_GT(json::parse(compared.out)["psnr_db"].get<double>(), 90);
 }
 
 TEST_F(Goals, WhatCannotBeReachedIsSaidWithTheNearest) {
