@@ -21,8 +21,8 @@ inline constexpr double kUsualMaximumPerRms = 20;
 /// What qualities mean: the step that an error on the finest mesh is quantised with, as a share of
 /// the bounding box diagonal. It halves every 12.5 points, from 2^-4 at 0 to 2^-12 at 100.
 [[nodiscard]] double step_of_quality(double quality);
-/// What profile best makes of steps in the mean over a corpus of scans (bench/quality_table):
-/// PSNR and bytes of the whole file; and the step for a PSNR.
+/// What profile best usually makes of steps (bench/quality_table): PSNR and bytes of the whole file;
+/// and the step for a PSNR.
 [[nodiscard]] double usual_psnr_db(double relative_step);
 [[nodiscard]] double usual_bytes(double relative_step);
 [[nodiscard]] double usual_step(double psnr_db);
