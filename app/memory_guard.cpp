@@ -29,7 +29,9 @@ std::uint64_t resident_bytes() {
 }  // namespace
 
 MemoryGuard::MemoryGuard(std::uint64_t limit) : limit_(limit) {
-  if (limit_ > 0) thread_ = std::thread([this] { watch(); });
+  if (limit_ == 0) return;
+  look();
+  thread_ = std::thread([this] { watch(); });
 }
 
 MemoryGuard::~MemoryGuard() {
@@ -37,11 +39,15 @@ MemoryGuard::~MemoryGuard() {
   if (thread_.joinable()) thread_.join();
 }
 
+std::uint64_t MemoryGuard::look() {
+  const std::uint64_t now = resident_bytes();
+  if (now > limit_ && !exceeded_.exchange(true)) request_stop();
+  return now;
+}
+
 void MemoryGuard::watch() {
   while (!done_) {
-    const std::uint64_t now = resident_bytes();
-    if (now > limit_ && !exceeded_.exchange(true)) request_stop();
-    if (now > limit_ + limit_ / 2) {
+    if (look() > limit_ + limit_ / 2) {
       std::fprintf(stderr, "\nnacre: %s\n", error().message.c_str());
       _exit(kExitLimit);
     }
