@@ -5,7 +5,9 @@
 # Faults: a node loses its power in the middle of a shard; another is cut off and its shard is given
 # to a third while the first copy still runs; a shard is told to stop (75) and goes on; the controller
 # is killed and started again. Nothing of the machine's own Slurm is read or changed. Leaves with 77,
-# "skipped", where Slurm cannot be installed or run.
+# "skipped", where Slurm cannot be installed or run. All of it together may take NACRE_SLURM_SECONDS
+# (default 220, some 80 on an idle machine of two cores): whatever is waited for, it is waited for
+# until then, so that a busy machine fails nothing.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 nacre=$(realpath "$1")
@@ -15,19 +17,28 @@ skip() {
   echo "SKIPPED: $1"
   exit 77
 }
+if [ -z "${NACRE_SLURM_INSIDE:-}" ]; then
+  [ "$(id -u)" -eq 0 ] || skip "a private Slurm cluster needs root"
+  for program in slurmctld slurmd sbatch munged; do
+    command -v $program >/dev/null && continue
+    timeout 120 "$here/install-packages.sh" slurm-wlm munge >/dev/null 2>&1 ||
+      skip "Slurm cannot be installed here (Debian: apt-get install slurm-wlm munge)"
+    break
+  done
+  # All goes on in a process namespace, so that nothing of it can outlive this script, and under the
+  # name localhost, whatever address this machine's own name has.
+  inside=(unshare --uts --pid --fork --kill-child --mount-proc)
+  "${inside[@]}" unshare --pid --fork --kill-child --mount-proc hostname localhost 2>/dev/null ||
+    skip "no process namespaces here (a container without the right to make them)"
+  getent ahostsv4 localhost | grep -q '^127\.' || skip "localhost does not mean 127.x here"
+  NACRE_SLURM_INSIDE=$SECONDS exec "${inside[@]}" "$0" "$nacre" ${scans:+"$scans"}
+fi
+hostname localhost
 fail() {
   echo "slurm_test: FAILED: $1" >&2
   [ -z "${dir:-}" ] || tail -n 20 "$dir"/log/*.log "$dir"/jobs/*.log >&2 || true
   exit 1
 }
-
-[ "$(id -u)" -eq 0 ] || skip "a private Slurm cluster needs root"
-if ! command -v slurmctld slurmd sbatch munged >/dev/null; then
-  "$here/install-packages.sh" slurm-wlm munge >/dev/null 2>&1 || skip "Slurm cannot be installed"
-fi
-host=$(hostname -s)
-getent ahostsv4 "$host" | grep -q '^127\.' || skip "this machine's name does not mean 127.x"
-unshare --pid --fork --kill-child --mount-proc true 2>/dev/null || skip "no process namespaces here"
 
 dir=$(mktemp -d /tmp/nacre-slurm-XXXXXX)
 chmod 755 "$dir"
@@ -44,14 +55,14 @@ cleanup() {
 }
 trap cleanup EXIT
 
-started=$SECONDS
-say() { echo "$((SECONDS - started)) s: $*"; }
-# until_true SECONDS WHAT COMMAND...; NACRE_TEST_PATIENCE=3 waits three times as long, for busy machines
-until_true() {
-  local limit=$((SECONDS + $1 * ${NACRE_TEST_PATIENCE:-1})) what=$2
-  shift 2
+SECONDS=$NACRE_SLURM_INSIDE # what the installation took counts as well
+deadline=${NACRE_SLURM_SECONDS:-220}
+say() { echo "$SECONDS s: $*"; }
+until_true() { # WHAT COMMAND...
+  local what=$1
+  shift
   until "$@"; do
-    [ "$SECONDS" -lt "$limit" ] || fail "waited in vain for: $what"
+    [ "$SECONDS" -lt "$deadline" ] || fail "waited in vain for: $what"
     sleep 0.2
   done
 }
@@ -60,11 +71,11 @@ until_true() {
 # Each node claims six processors, so that the last one left can take all shards at once.
 nodes=3
 memory=$(awk -v n=$nodes '/MemTotal/ { print int($2 / 1024 * 0.8 / n) }' /proc/meminfo)
-base=$((20000 + $$ % 20000))
+base=$((20000 + RANDOM % 12000)) # below the ports that connections get
 (umask 077 && dd if=/dev/urandom of="$dir/munge/key" bs=128 count=1 status=none)
 cat >"$SLURM_CONF" <<CONF
 ClusterName=nacretest
-SlurmctldHost=$host(127.0.0.1)
+SlurmctldHost=localhost(127.0.0.1)
 SlurmctldPort=$base
 SlurmUser=root
 SlurmdUser=root
@@ -94,7 +105,7 @@ SlurmdParameters=config_overrides
 CONF
 for i in $(seq $nodes); do
   mkdir -p "$dir/state/n$i"
-  echo "NodeName=n$i NodeHostname=$host NodeAddr=127.0.0.1 Port=$((base + i)) CPUs=6 RealMemory=$memory"
+  echo "NodeName=n$i NodeHostname=localhost NodeAddr=127.0.0.1 Port=$((base + i)) CPUs=6 RealMemory=$memory"
 done >>"$SLURM_CONF"
 echo "PartitionName=scan Nodes=n[1-$nodes] Default=YES LLN=YES MaxTime=INFINITE State=UP" >>"$SLURM_CONF"
 
@@ -112,12 +123,12 @@ start_node() { # each in a process namespace of its own: one kill is a power cut
   pids+=($!)
 }
 idle_nodes() { sinfo -h -N -t idle -o %N 2>/dev/null | wc -l; }
-until_true 10 "munge" test -S "$dir/munge/sock"
+until_true "munge" test -S "$dir/munge/sock"
 start_controller -c
 declare -a node_pid
 for i in $(seq $nodes); do start_node "$i"; done
 all_idle() { [ "$(idle_nodes)" -eq $nodes ]; }
-until_true 30 "three idle nodes" all_idle
+until_true "three idle nodes" all_idle
 say "three nodes are up"
 
 # --- the batch, without and with Slurm -------------------------------------------------------------
@@ -146,7 +157,7 @@ if [ -z "$scans" ]; then
   scans=$dir/scans
   make_scans "$scans"
 fi
-options=(-- --size 2k --levels 2 --effort fast --samples 1000)
+options=(-- --quality 30 --levels 1 --effort fast --samples 1000)
 "$nacre" batch plan "$scans" -o "$dir/alone.jsonl" --output-dir "$dir/alone" -q "${options[@]}"
 "$nacre" batch plan "$scans" -o "$dir/manifest.jsonl" --output-dir "$dir/out" -q "${options[@]}"
 shards=6 # two on each node
@@ -175,6 +186,12 @@ HELD
 chmod +x "$dir/held-nacre"
 sed "s|^nacre=.*|nacre='$dir/held-nacre'|" "$dir/printed.sbatch" >"$dir/nacre.sbatch"
 cd "$dir/jobs"
+run_alone() {
+  "$nacre" batch run "$dir/alone.jsonl" -q || [ $? -eq 8 ] || return 1
+  "$nacre" batch merge "$dir/alone.jsonl" -q || [ $? -eq 8 ]
+}
+run_alone >"$dir/jobs/alone.log" 2>&1 &
+alone=$!
 job=$(sbatch --parsable --export=ALL "$dir/nacre.sbatch")
 merge=$(sbatch --parsable --dependency="afterany:$job" --mem=300M \
   --wrap "'$nacre' batch merge '$dir/manifest.jsonl'")
@@ -183,7 +200,7 @@ say "job $job: $shards shards; job $merge: the summary"
 node_of() { awk '$1 == "start" { node = $4 } END { print node }' "$dir/jobs/$1.events" 2>/dev/null; }
 event() { grep -q "^$1" "$dir/jobs/$2.events" 2>/dev/null; }
 all_started() { for s in $(seq 0 $((shards - 1))); do event start "$s" || return 1; done; }
-until_true 30 "all shards to start" all_started
+until_true "all shards to start" all_started
 
 # Requeued tasks would wait two minutes.
 hurry() {
@@ -193,7 +210,6 @@ hurry() {
     esac
   done
 }
-count() { grep -l "^$1" "$dir"/jobs/*.events 2>/dev/null | wc -l; }
 again() { hurry; event "start $1 [1-9]" "$1"; }
 
 # Fault 1: one node is cut off. Its slurmd is stopped, so that the controller hears nothing of it, and
@@ -205,10 +221,10 @@ kill -STOP "$(slurmd_of "$cut")"
 for s in $(seq 1 $((shards - 1))); do
   [ "$(node_of "$s")" = "$cut" ] || { dead_shard=$s; break; }
 done
-dead=$(node_of "$dead_shard")
+dead=$(node_of "${dead_shard:?all shards are on one node}")
 touch "$dir/go-$dead_shard"
 working() { ls "$dir"/out/.nacre/work/*/0 >/dev/null 2>&1 || event end "$dead_shard"; }
-until_true 30 "shard $dead_shard to work" working
+until_true "shard $dead_shard to work" working
 disown "${node_pid[${dead#n}]}" # bash need not tell of its death
 kill -KILL "${node_pid[${dead#n}]}"
 say "node $cut cut off with shard 0, node $dead dead with shard $dead_shard"
@@ -217,34 +233,35 @@ for s in $(seq 1 $((shards - 1))); do
   node=$(node_of "$s")
   [ "$node" = "$cut" ] || [ "$node" = "$dead" ] || { told=$s; break; }
 done
-scancel --batch --signal=TERM "${job}_$told"
-until_true 30 "shard $told to be stopped" event stopped "$told"
+scancel --batch --signal=TERM "${job}_${told:?all shards are on two nodes}"
+until_true "shard $told to be stopped" event stopped "$told"
 touch "$dir/go-$told"
-until_true 60 "shard $told to be started again" again "$told"
+until_true "shard $told to be started again" again "$told"
 say "shard $told stopped with 75 and started again"
-# Fault 4: the controller is killed. It has had the time to save the job, see docs/batch.md.
-[ $((SECONDS - started)) -ge 10 ] || sleep 3
+# Fault 4: the controller is killed. It saves the jobs' states every 5 s; of what it did after the
+# last time it would know nothing, see docs/batch.md.
+sleep 6
+disown "$controller"
 kill -KILL "$controller"
-wait "$controller" 2>/dev/null || true
 start_controller
-until_true 30 "the controller" sh -c 'scontrol ping | grep -q "is UP"'
+until_true "the controller" sh -c 'scontrol ping | grep -q "is UP"'
 say "controller killed and started again"
 for s in $(seq 1 $((shards - 1))); do touch "$dir/go-$s"; done
 
-until_true 90 "shard 0 to be started a second time" again 0
+until_true "shard 0 to be started a second time" again 0
 say "shard 0 runs twice"
-copies_ended() { [ "$(grep -c '^end 0 .* 0$' "$dir/jobs/0.events")" -ge 2 ]; }
-until_true 60 "both copies of shard 0" copies_ended
+# 8: the file that is no scan may be its share.
+copies_ended() { [ "$(grep -c '^end 0 [0-9]* [08]$' "$dir/jobs/0.events")" -ge 2 ]; }
+until_true "both copies of shard 0" copies_ended
 kill -CONT "$(slurmd_of "$cut")"
 say "node $cut is back"
 merged() { hurry; [ -e "$dir/out/summary.json" ] && ! squeue -h -j "$merge" 2>/dev/null | grep -q .; }
-until_true 100 "the summary" merged
+until_true "the summary" merged
 say "all shards and the summary are done"
 
 event "start $dead_shard [1-9]" "$dead_shard" || fail "the dead node's shard was not started again"
 
-"$nacre" batch run "$dir/alone.jsonl" -q || [ $? -eq 8 ] || fail "the run without Slurm"
-"$nacre" batch merge "$dir/alone.jsonl" -q || [ $? -eq 8 ] || fail "its summary"
+wait "$alone" || fail "the run without Slurm"
 diff -r --exclude=.nacre --exclude='summary.*' "$dir/alone" "$dir/out" ||
   fail "the outputs differ from those of a run without Slurm"
 number=$(find "$dir/out" -name '*.ncr' | wc -l)

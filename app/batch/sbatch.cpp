@@ -62,6 +62,7 @@ trap 'kill -TERM "$child"' TERM
 wait "$child"; code=$?
 while kill -0 "$child" 2>/dev/null; do wait "$child"; code=$?; done
 if [ "$code" -eq 75 ]; then
+  trap - TERM  # with which the requeue ends this script
   for try in 1 2 3 4 5; do  # a busy controller answers later; it then ends this script
     scontrol requeue "${{SLURM_ARRAY_JOB_ID}}_$SLURM_ARRAY_TASK_ID" && sleep 60
     sleep 5
