@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <utility>
 
 #include "app/files.h"
@@ -18,16 +20,29 @@ namespace {
 constexpr int kSmallerBases = 4;
 /// A goal that the usual mesh cannot reach is tried with that for so much larger a file.
 constexpr double kFiner = 6;
-/// What a vertex of a simplified mesh costs, about; steps between trials of their number; how many;
-/// and how far behind the first may be for another to be worth it.
-constexpr double kBitsPerVertex = 30, kVertexRatio = 1.25, kHopelessDb = 1.5;
-constexpr int kSimplifiedTrials = 6;
+/// What a vertex of a simplified mesh costs, about, and at least; the first ratio of trials of
+/// their number, and how many trials.
+constexpr double kBitsPerVertex = 30, kLeastBitsPerVertex = 22, kVertexRatio = 1.25;
+constexpr std::size_t kStrides = 7;
+constexpr int kParabolas = 3;
+constexpr int kShifts = 4;
+constexpr double kShift = 0.99;
+/// Enough samples to see that a simplified mesh is hopeless, and how near hope it is then, dB.
+constexpr std::size_t kFewSamples = 50'000;
+constexpr double kHopelessDb = 0.5;
 /// Where a file has more bits than this for each vertex of the scan, its own triangles may pay.
 constexpr double kBitsForOwnTriangles = 12;
 
 bool has_size(const Goal& goal) {
-  return goal.kind == Goal::Kind::kSize || goal.kind == Goal::Kind::kBitsPerInputVertex ||
-         goal.kind == Goal::Kind::kBitsPerSemiRegularVertex;
+  return goal.kind == Goal::Kind::kSize || goal.kind == Goal::Kind::kBitsPerInputVertex;
+}
+
+/// Whether `other` serves the goal better; a file at all must be there.
+bool is_better(const Goal& goal, const Coded& other, const Coded& coded) {
+  if (has_size(goal)) return other.distance.psnr_db > coded.distance.psnr_db;
+  if (other.reached != coded.reached) return other.reached;
+  if (!other.reached) return other.distance.psnr_db > coded.distance.psnr_db;
+  return other.encoded.bytes.size() < coded.encoded.bytes.size();
 }
 
 /// Whether the mesh is as the user wants it, or as a dump has it.
@@ -35,6 +50,61 @@ bool is_mesh_given(const EncodeCommand& command) {
   return command.remesh.semi_regular || command.remesh.levels != 0 ||
          command.remesh.base_vertices != 0 || !command.dump.work_dir.empty() ||
          !command.dump.from.empty();
+}
+
+/// The place of the peak of the parabola through three places of a curve, the middle one highest;
+/// or half-way to one without a value.
+double peak_of_parabola(std::map<double, double>::const_iterator middle) {
+  const auto [x, y] = *middle;
+  const auto [x0, y0] = *std::prev(middle);
+  const auto [x1, y1] = *std::next(middle);
+  if (!std::isfinite(y0)) return (x0 + x) / 2;
+  if (!std::isfinite(y1)) return (x + x1) / 2;
+  const double a = (x - x0) * (y - y1), b = (x1 - x) * (y - y0);
+  return a + b > 0 ? x + 0.5 * ((x1 - x) * b - (x - x0) * a) / (a + b) : x;
+}
+
+/// Goes along f in strides that double, from `first` to where it falls on either side or to `most`;
+/// and then on by parabolas through the highest place and its neighbours.
+///
+/// Errors   those of f.
+template <class F>
+Result<void> climb(const F& f, double first, double most, double stride) {
+  std::map<double, double> found;
+  const auto is_highest_at = [&](double x) -> Result<bool> {
+    const Result<double> value = f(x);
+    if (!value) return value.error();
+    found[x] = *value;
+    return std::all_of(found.begin(), found.end(),
+                       [&](const auto& other) { return other.second <= *value; });
+  };
+  if (const auto ok = is_highest_at(first); !ok) return ok.error();
+  for (double step : {stride, -stride}) {
+    double x = first;
+    Result<bool> rises = true;
+    for (; *rises && x + step <= most && found.size() < kStrides; step *= 2) {
+      x += step;
+      rises = is_highest_at(x);
+      if (!rises) return rises.error();
+    }
+    if (found.size() > 2) break;  // the peak is on this side, or around `first`
+  }
+  for (int i = 0; i < kParabolas; ++i) {
+    const auto peak = std::max_element(
+        found.begin(), found.end(),
+        [](const auto& one, const auto& other) { return one.second < other.second; });
+    if (peak == found.begin() || std::next(peak) == found.end()) break;
+    const double next = peak_of_parabola(peak);
+    if (std::abs(next - peak->first) < stride / 8) break;
+    if (const auto ok = is_highest_at(next); !ok) return ok.error();
+  }
+  return {};
+}
+
+/// Bits per semi-regular vertex want such vertices; and other transforms are for comparisons.
+bool may_have_no_levels(const EncodeCommand& command) {
+  return command.goal.kind != Goal::Kind::kBitsPerSemiRegularVertex &&
+         command.transform == wavelet::Transform::kButterfly;
 }
 
 class ScanCoder {
@@ -50,26 +120,17 @@ class ScanCoder {
   Result<Coded> run();
 
  private:
-  Result<Coded> code(const SemiRegularMesh& mesh) {
-    const Reserve reserve = [&](std::uint64_t target, int levels) {
-      const std::size_t table =
-          reserved_table_bytes(command_.level_table, command_.profile, levels, target);
-      return table +
-             (command_.certify ? codec::certified_error_bytes(command_.profile, table > 0) : 0);
-    };
-    Result<Coded> coded =
-        code_for_goal(command_, prepared_.input, mesh, reference_, reserve, console_);
-    clock_.finish("encode");
-    return coded;
-  }
-  /// Another mesh and its file; `prepared` changes only if `is_better` than what there was.
-  template <class IsBetter>
-  Result<bool> attempt(const RemeshSettings& settings, Result<Coded>& coded,
-                       const IsBetter& is_better);
+  Result<Coded> code(const SemiRegularMesh& mesh, const Goal& goal);
+  /// Another mesh and its file; `prepared` changes only if `is_taken` of that file.
+  template <class IsTaken>
+  Result<bool> attempt(const RemeshSettings& settings, const Goal& goal, Result<Coded>& coded,
+                       const IsTaken& is_taken);
   Result<bool> try_smaller_bases(Result<Coded>& coded);
   Result<bool> try_finer_mesh(Result<Coded>& coded);
   Result<bool> try_own_triangles(Result<Coded>& coded);
   Result<bool> try_simplified(Result<Coded>& coded);
+  /// Whether a mesh of so many vertices, wherever they serve best, is as near as `coded`.
+  Result<bool> is_simplified_near(const Coded& coded, const RemeshSettings& settings);
   [[nodiscard]] Error unreachable(const Coded& nearest) const;
   [[nodiscard]] Error too_small(const Error& error) const;
 
@@ -80,20 +141,35 @@ class ScanCoder {
   Console& console_;
 };
 
-template <class IsBetter>
-Result<bool> ScanCoder::attempt(const RemeshSettings& settings, Result<Coded>& coded,
-                                const IsBetter& is_better) {
+Result<Coded> ScanCoder::code(const SemiRegularMesh& mesh, const Goal& goal) {
+  const Reserve reserve = [&](std::uint64_t target, int levels) {
+    const std::size_t table =
+        reserved_table_bytes(command_.level_table, command_.profile, levels, target);
+    return table +
+           (command_.certify ? codec::certified_error_bytes(command_.profile, table > 0) : 0);
+  };
+  EncodeCommand command = command_;
+  command.goal = goal;
+  Result<Coded> coded =
+      code_for_goal(command, prepared_.input, mesh, reference_, reserve, console_);
+  clock_.finish("encode");
+  return coded;
+}
+
+template <class IsTaken>
+Result<bool> ScanCoder::attempt(const RemeshSettings& settings, const Goal& goal,
+                                Result<Coded>& coded, const IsTaken& is_taken) {
   remesh::Remesh before = std::exchange(prepared_.remesh, {});
   if (Result<void> ok = remesh_input(prepared_, settings, clock_, console_); !ok) return ok.error();
-  Result<Coded> other = code(prepared_.remesh.mesh);
+  Result<Coded> other = code(prepared_.remesh.mesh, goal);
   if (!other && other.error().code != ErrorCode::kGoalUnreachable) return other.error();
-  const bool better = is_better(other);
-  if (better) {
+  const bool taken = is_taken(other);
+  if (taken) {
     coded = std::move(other);
   } else {
     prepared_.remesh = std::move(before);
   }
-  return better;
+  return taken;
 }
 
 Result<bool> ScanCoder::try_smaller_bases(Result<Coded>& coded) {
@@ -106,7 +182,7 @@ Result<bool> ScanCoder::try_smaller_bases(Result<Coded>& coded) {
     RemeshSettings settings = command_.remesh;
     settings.base_vertices =
         std::max(4, static_cast<int>(now * std::clamp(0.8 * target / needed, 0.1, 0.8)));
-    const auto smaller = attempt(settings, coded, [&](const Result<Coded>& other) {
+    const auto smaller = attempt(settings, command_.goal, coded, [&](const Result<Coded>& other) {
       return other || other.error().where < coded.error().where;
     });
     if (!smaller || !*smaller) return smaller;
@@ -117,8 +193,8 @@ Result<bool> ScanCoder::try_smaller_bases(Result<Coded>& coded) {
 Result<bool> ScanCoder::try_finer_mesh(Result<Coded>& coded) {
   const InputFacts& input = prepared_.input;
   const double usual = expected_bytes(command_.goal, input.goal_vertices, input.bbox_diagonal);
-  return attempt(for_size(command_.remesh, kFiner * usual, input.goal_vertices), coded,
-                 [&](const Result<Coded>& other) {
+  return attempt(for_size(command_.remesh, kFiner * usual, input.goal_vertices), command_.goal,
+                 coded, [&](const Result<Coded>& other) {
                    return other &&
                           (other->reached || other->distance.psnr_db > coded->distance.psnr_db);
                  });
@@ -127,48 +203,69 @@ Result<bool> ScanCoder::try_finer_mesh(Result<Coded>& coded) {
 Result<bool> ScanCoder::try_own_triangles(Result<Coded>& coded) {
   RemeshSettings settings = command_.remesh;
   settings.keep_triangles = true;
-  const auto taken = attempt(settings, coded, [&](const Result<Coded>& other) {
-    if (!other) return false;
-    if (has_size(command_.goal)) return other->distance.psnr_db > coded->distance.psnr_db;
-    if (other->reached != coded->reached) return other->reached;
-    if (!other->reached) return other->distance.psnr_db > coded->distance.psnr_db;
-    return other->encoded.bytes.size() < coded->encoded.bytes.size();
+  const auto taken = attempt(settings, command_.goal, coded, [&](const Result<Coded>& other) {
+    return other && is_better(command_.goal, *other, *coded);
   });
   if (taken && *taken && coded->remark.empty())
     coded->remark = "so near the scan, its own triangles are the cheapest base mesh";
   return taken;
 }
 
+Result<bool> ScanCoder::is_simplified_near(const Coded& coded, const RemeshSettings& settings) {
+  remesh::Remesh before = std::exchange(prepared_.remesh, {});
+  if (Result<void> ok = remesh_input(prepared_, settings, clock_, console_); !ok) return ok.error();
+  const remesh::Remesh simplified = std::exchange(prepared_.remesh, std::move(before));
+  const Result<TriangleMesh> mesh = to_triangles(simplified.mesh);
+  if (!mesh || !has_area(*mesh)) return false;
+  metric::Options sampling;
+  sampling.samples = kFewSamples;
+  const auto distance =
+      metric::compare(reference_.scan, reference_.surface, *mesh, sampling, console_.context());
+  if (!distance) return surface_error(distance.error(), command_.scan);
+  return distance->psnr_db > coded.distance.psnr_db - kHopelessDb;
+}
+
 Result<bool> ScanCoder::try_simplified(Result<Coded>& coded) {
-  const double semi_regular = coded->distance.psnr_db;
-  const double first = 8 * static_cast<double>(coded->size_limit) / kBitsPerVertex;
-  double vertices = first, factor = kVertexRatio;
+  // What a quality leads to is known by now: the same PSNR in fewer bytes is wanted.
+  Goal goal = command_.goal;
+  if (goal.kind == Goal::Kind::kQuality) goal = {Goal::Kind::kPsnr, coded->distance.psnr_db};
+  RemeshSettings settings = command_.remesh;
+  settings.keep_triangles = true;
+  const auto bytes = static_cast<double>(coded->encoded.bytes.size());
+  const double first = std::log(8 * bytes / kBitsPerVertex);
+  const double most = std::log(static_cast<double>(prepared_.input.goal_vertices));
   bool taken = false;
-  for (int i = 0; i < kSimplifiedTrials; ++i) {
-    RemeshSettings settings = command_.remesh;
-    settings.keep_triangles = true;
-    settings.base_vertices = static_cast<int>(std::max(vertices, 4.0));
-    if (static_cast<double>(settings.base_vertices) >=
-        static_cast<double>(prepared_.input.goal_vertices))
-      break;
-    double psnr = 0;
-    const auto better = attempt(settings, coded, [&](const Result<Coded>& other) {
-      psnr = other ? other->distance.psnr_db : 0;
-      return other && psnr > coded->distance.psnr_db;
+  // A worth is the better the larger; it has one peak along the number of vertices.
+  const auto worth_of = [&](double log_vertices) -> Result<double> {
+    settings.base_vertices = std::max(4, static_cast<int>(std::exp(log_vertices)));
+    double worth = -std::numeric_limits<double>::infinity();
+    const auto better = attempt(settings, goal, coded, [&](const Result<Coded>& other) {
+      if (!other || !other->reached) return false;
+      worth = has_size(goal) ? other->distance.psnr_db
+                             : -static_cast<double>(other->encoded.bytes.size());
+      return is_better(goal, *other, *coded);
     });
-    if (!better) return better;
-    if (*better) coded->remark = "flat and sharp: a simplified mesh without levels is better";
+    if (!better) return better.error();
     taken = taken || *better;
-    if (i == 0 && psnr < semi_regular - kHopelessDb) break;
-    // More vertices while that is better; then fewer than at first.
-    if (i > 0 && !*better) {
-      if (factor < 1 || i > 1) break;
-      factor = 1 / kVertexRatio;
-      vertices = first;
-    }
-    vertices *= factor;
+    return worth;
+  };
+  if (first >= most) return false;
+  settings.base_vertices = static_cast<int>(8 * bytes / kLeastBitsPerVertex);
+  if (const auto near = is_simplified_near(*coded, settings); !near || !*near) return near;
+  if (const auto peak = climb(worth_of, first, most, std::log(kVertexRatio)); !peak)
+    return peak.error();
+  if (!taken) return false;
+  // The PSNR of a mesh without levels jumps from step to step; a few vertices less shift that.
+  auto vertices = static_cast<double>(prepared_.remesh.mesh.base_vertex_count);
+  for (int i = 0; i < kShifts && goal.kind == Goal::Kind::kPsnr &&
+                  coded->distance.psnr_db > goal.value + kPsnrTolerance;
+       ++i) {
+    vertices *= kShift;
+    if (const auto shifted = worth_of(std::log(vertices)); !shifted) return shifted.error();
   }
-  return taken;
+  const char* why = "flat and sharp: a simplified mesh without levels is better";
+  coded->remark = coded->remark.empty() ? why : fmt::format("{}; {}", why, coded->remark);
+  return true;
 }
 
 Error ScanCoder::unreachable(const Coded& nearest) const {
@@ -195,7 +292,7 @@ Error ScanCoder::too_small(const Error& error) const {
 }
 
 Result<Coded> ScanCoder::run() {
-  Result<Coded> coded = code(prepared_.remesh.mesh);
+  Result<Coded> coded = code(prepared_.remesh.mesh, command_.goal);
   const auto is_unreachable = [&] {
     return !coded && coded.error().code == ErrorCode::kGoalUnreachable;
   };
@@ -204,9 +301,6 @@ Result<Coded> ScanCoder::run() {
     if (is_unreachable()) {
       if (const auto tried = try_smaller_bases(coded); !tried) return tried.error();
     }
-    if (coded && has_size(command_.goal) && command_.transform == wavelet::Transform::kButterfly) {
-      if (const auto tried = try_simplified(coded); !tried) return tried.error();
-    }
     if (coded && !coded->reached) {
       if (const auto tried = try_finer_mesh(coded); !tried) return tried.error();
     }
@@ -214,6 +308,9 @@ Result<Coded> ScanCoder::run() {
         kBitsForOwnTriangles / 8 * static_cast<double>(prepared_.input.goal_vertices);
     if (coded && (!coded->reached || static_cast<double>(coded->encoded.bytes.size()) > worth)) {
       if (const auto tried = try_own_triangles(coded); !tried) return tried.error();
+    }
+    if (coded && coded->reached && may_have_no_levels(command_)) {
+      if (const auto tried = try_simplified(coded); !tried) return tried.error();
     }
   }
   if (!coded) return too_small(coded.error());

@@ -23,8 +23,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// How far over its goal a PSNR may be, dB, and where within that the search aims.
-constexpr double kTolerance = 0.1, kAim = 0.04;
+/// Where within kPsnrTolerance the search aims, dB.
+constexpr double kAim = 0.04;
 constexpr double kUsualSlope = 4.2;  // dB per unit of fineness
 constexpr double kLeastStride = 0.1, kMostStride = 3;
 constexpr int kMostTrials = 16;
@@ -159,7 +159,7 @@ void LineSearch::note(Coded trial, double fineness, double db, double goal) {
   if (db >= goal) {
     if (!above_ || fineness < above_->fineness) above_ = End{fineness, db};
     const auto rank = [&](const Coded& coded) {
-      return std::pair(measure_(coded) > goal + kTolerance, coded.encoded.bytes.size());
+      return std::pair(measure_(coded) > goal + kPsnrTolerance, coded.encoded.bytes.size());
     };
     if (!best_ || rank(trial) < rank(*best_)) best_ = std::move(trial);
     return;
@@ -188,7 +188,7 @@ Result<Coded> LineSearch::run(double goal, double fineness) {
     const std::size_t bytes = trial->encoded.bytes.size();
     const bool is_smallest = best_ && !below_ && bytes == best_->encoded.bytes.size();
     note(std::move(*trial), fineness, db, goal);
-    if (db >= goal && (db <= goal + kTolerance || is_smallest)) break;
+    if (db >= goal && (db <= goal + kPsnrTolerance || is_smallest)) break;
     if (below_ && above_ && above_->fineness - below_->fineness < kNarrow) break;
     if (below_ && !above_ && below_->fineness >= kFinest) break;
     fineness = next(goal) + (stalls_ > 0 ? 1 : 0);

@@ -15,6 +15,9 @@
 /// From a semi-regular mesh to the file that a goal asks for, by coding, decoding and measuring.
 namespace nacre::app {
 
+/// How far over its goal a PSNR may be, dB.
+inline constexpr double kPsnrTolerance = 0.1;
+
 /// The scan as everything is measured against it.
 struct Reference {
   const Scan& scan;

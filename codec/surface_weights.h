@@ -36,7 +36,8 @@ struct SurfaceFoot {
 [[nodiscard]] SurfaceFoot foot_on_surface(const Prepared& prepared, const SurfaceWeights& weights,
                                           const Vec3& place, std::uint32_t from);
 
-/// Mean squared distance of vertices to the original, looked for around the same vertex, by area.
+/// Mean squared distance of vertices to the original, looked for around the same vertex, by area; of
+/// every n-th vertex where there are hundreds of thousands.
 [[nodiscard]] double surface_error(const Prepared& prepared, const SurfaceWeights& weights,
                                    std::span<const Vec3> positions);
 

@@ -10,8 +10,8 @@
 
 #include "remesh/adjacency.h"
 #include "remesh/choose_base.h"
+#include "remesh/collapse_edges.h"
 #include "remesh/pierce.h"
-#include "remesh/simplify.h"
 #include "remesh/split_edges.h"
 #include "remesh/surface_map.h"
 
@@ -163,28 +163,6 @@ BaseSize base_size(const Options& options, const std::vector<PieceReport>& piece
   return size;
 }
 
-/// The scan with far fewer triangles, as a scan.
-Result<CleanScan> simplified(CleanScan cleaned, int vertices, const RunContext& context) {
-  SimplifyOptions options;
-  options.base_vertices = vertices;
-  options.shape_weight = 0;
-  const auto map = simplify(cleaned.scan, options, {}, context);
-  if (!map) return map.error();
-  CleanScan out;
-  out.scan.origin = cleaned.scan.origin;
-  out.scan.triangles = map->base.triangles;
-  std::vector<std::uint32_t> piece_of_vertex(cleaned.scan.positions.size(), 0);
-  for (std::size_t f = 0; f < cleaned.piece.size(); ++f)
-    for (const std::uint32_t v : cleaned.scan.triangles[f]) piece_of_vertex[v] = cleaned.piece[f];
-  for (const std::uint32_t v : map->base.scan_vertex)
-    out.scan.positions.push_back(cleaned.scan.positions[v]);
-  for (const Triangle& t : out.scan.triangles)
-    out.piece.push_back(piece_of_vertex[map->base.scan_vertex[t[0]]]);
-  out.pieces = std::move(cleaned.pieces);
-  out.report = std::move(cleaned.report);
-  return out;
-}
-
 /// The scan mapped onto itself.
 MappedScan keep(CleanScan cleaned, int levels, const char* why) {
   MappedScan out;
@@ -233,7 +211,7 @@ Result<MappedScan> map_onto_base(CleanScan cleaned, const Options& options,
   };
   if (options.keep_triangles) {
     if (options.base_vertices == 0) return told(keep(std::move(cleaned), options.levels, ""));
-    auto fewer = simplified(std::move(cleaned), options.base_vertices, context);
+    auto fewer = collapse_edges(std::move(cleaned), options.base_vertices, context);
     if (!fewer) return fewer.error();
     return told(keep(std::move(*fewer), options.levels, ""));
   }
