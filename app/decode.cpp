@@ -29,14 +29,25 @@ Result<StreamPrefix> read(const DecodeCommand& command) {
   return whole;
 }
 
+/// Whether the base mesh is there, but not all that the header announces.
+bool is_cut_short(std::span<const std::uint8_t> stream) {
+  codec::DecodeOptions options;
+  options.accept_prefix = true;
+  const Result<codec::StreamInfo> info = codec::inspect(stream, options);
+  return info && info->bytes_present < info->bytes_whole;
+}
+
 Result<SemiRegularMesh> decode_stream(const DecodeCommand& command, const StreamPrefix& prefix) {
   codec::DecodeOptions options;
   options.max_level = prefix.level;
   options.accept_prefix = command.partial || !command.choice.is_all();
   options.comparators = codec::decode_comparator_bands;
   Result<SemiRegularMesh> mesh = codec::decode(prefix.bytes, options);
-  if (!mesh) return stream_error(mesh.error(), command.stream);
-  return mesh;
+  if (mesh) return mesh;
+  Error error = stream_error(mesh.error(), command.stream);
+  if (!options.accept_prefix && is_cut_short(prefix.bytes))
+    error.message += "; --partial takes what is there";
+  return error;
 }
 
 std::string quality_text(const StreamPrefix& prefix) {

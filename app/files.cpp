@@ -32,8 +32,11 @@ Error stream_error(Error error, const fs::path& file) {
   if (error.code == ErrorCode::kBadInput || error.code == ErrorCode::kLimitExceeded) {
     error.code = ErrorCode::kCorruptStream;
   }
-  if (error.code == ErrorCode::kCorruptStream && error.where > 0) {
-    error.message += fmt::format(" (byte {})", error.where);
+  // Most of the decoder's messages name the place themselves.
+  const std::string place = fmt::format(" (byte {})", error.where);
+  if (error.code == ErrorCode::kCorruptStream && error.where > 0 &&
+      !error.message.ends_with(place)) {
+    error.message += place;
   }
   return in_file(std::move(error), file);
 }

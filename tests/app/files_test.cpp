@@ -22,6 +22,12 @@ TEST(StreamError, SaysWhichByte) {
   EXPECT_EQ(error.message, "a.ncr: checksum differs (byte 120)");
 }
 
+TEST(StreamError, SaysWhichByteOnce) {
+  const Error error =
+      stream_error({ErrorCode::kCorruptStream, "the stream is cut (byte 12)", 12}, "a.ncr");
+  EXPECT_EQ(error.message, "a.ncr: the stream is cut (byte 12)");
+}
+
 TEST(Extension, IgnoresCase) {
   EXPECT_TRUE(is_stream_name("a.ncr"));
   EXPECT_TRUE(is_stream_name("a/b.NCR"));

@@ -34,6 +34,18 @@ class Refusal : public testing::Test {
     expect_refused(exit_code, name, {"remesh", path(name), "-o", path("out.ply")});
   }
 
+  /// The same for decoding this damaged stream; one place in it is named.
+  void expect_stream_refused(const std::string& name, const std::string& bytes,
+                             const std::string& words) {
+    scratch.write(name, bytes);
+    expect_refused(7, name, {"decode", path(name), "-o", path("out.ply")});
+    const std::string message = run({"decode", path(name), "-o", path("out.ply")}).err;
+    EXPECT_NE(message.find(words), std::string::npos) << message;
+    const std::size_t place = message.find("(byte ");
+    EXPECT_NE(place, std::string::npos) << message;
+    EXPECT_EQ(message.find("(byte ", place + 1), std::string::npos) << message;
+  }
+
   [[nodiscard]] std::string path(const std::string& name) const {
     return scratch.file(name).string();
   }
@@ -188,15 +200,13 @@ TEST_F(Refusal, StreamCutShortOrDamaged) {
   const std::string whole = scratch.read("good.ncr");
   // The codec's own tests try every byte; here a few say that the command passes it on.
   for (std::size_t part = 1; part < 6; ++part) {
-    scratch.write("cut.ncr", whole.substr(0, whole.size() * part / 6));
-    expect_refused(7, "cut.ncr", {"decode", path("cut.ncr"), "-o", path("out.ply")});
+    expect_stream_refused("cut.ncr", whole.substr(0, whole.size() * part / 6), "the stream is cut");
     std::string damaged = whole;
     damaged[whole.size() * part / 6] ^= static_cast<char>(1 << part);
-    scratch.write("flip.ncr", damaged);
-    expect_refused(7, "flip.ncr", {"decode", path("flip.ncr"), "-o", path("out.ply")});
+    expect_stream_refused("flip.ncr", damaged, "checksum");
   }
-  scratch.write("more.ncr", whole + "trailing bytes");
-  expect_refused(7, "more.ncr", {"decode", path("more.ncr"), "-o", path("out.ply")});
+  expect_stream_refused("header.ncr", whole.substr(0, 9), "the header is cut");
+  expect_stream_refused("more.ncr", whole + "trailing bytes", "bytes after the stream's end");
   expect_refused(2, "good.ncr",
                  {"decode", path("good.ncr"), "-o", path("out.ply"), "--level", "29"});
 }
