@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The only file that sees CLI11: the header is heavy, and its exit codes (106, 108, ...) and its
-// two-line messages are not ours. Every parse error leaves here as kBadInput with one line.
+// Only this file and the other cli_*.cpp see CLI11: the header is heavy, and its exit codes (106,
+// 108, ...) and its two-line messages are not ours. Every parse error leaves here as kBadInput with
+// one line.
 #include "app/cli.h"
 
 #include <fmt/format.h>
@@ -16,6 +17,7 @@
 
 #include "app/cli_batch.h"
 #include "app/cli_completion.h"
+#include "app/cli_number.h"
 #include "app/cli_prefix.h"
 #include "app/cli_run.h"
 #include "app/cli_stages.h"
@@ -117,19 +119,6 @@ std::string did_you_mean(std::string_view word, const Words& known) {
   }
   return best.empty() ? "" : fmt::format(", did you mean '{}'?", best);
 }
-
-/// CLI11's own range check lets "nan" pass and names its bounds in 300 digits.
-CLI::Validator number_within(double low, double high, const char* description) {
-  const auto check = [=](const std::string& text) {
-    double value = 0;
-    const bool fine = CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
-    return fine ? std::string() : fmt::format("'{}' is not {}", text, description);
-  };
-  return CLI::Validator(check, "");
-}
-
-/// Nothing a scan can be measured by is outside of this.
-CLI::Validator positive_number() { return number_within(1e-300, 1e300, "a positive number"); }
 
 /// Option values that need a conversion of our own before they are a command.
 struct Raw {
@@ -380,10 +369,12 @@ struct Parser {
 };
 
 remesh::RepairPolicy repair_policy(const std::string& name) {
-  if (name == "strict") return remesh::RepairPolicy::kStrict;
-  if (name == "none") return remesh::RepairPolicy::kNone;
-  if (name == "aggressive") return remesh::RepairPolicy::kAggressive;
-  return remesh::RepairPolicy::kSafe;
+  using remesh::RepairPolicy;
+  for (const auto policy :
+       {RepairPolicy::kStrict, RepairPolicy::kNone, RepairPolicy::kAggressive}) {
+    if (name == name_of(policy)) return policy;
+  }
+  return RepairPolicy::kSafe;
 }
 
 void set_verbosity(const Raw& raw, Common& common) {
@@ -417,7 +408,8 @@ Result<std::optional<Goal>> goal_of(const Raw& raw) {
 
 Result<Command> finish_encode(const Raw& raw, const StageParser& stages, EncodeCommand command) {
   const bool has_output = !command.output.empty() || command.common.dry_run;
-  Result<void> fine = stages.finish(command.dump, kDumpStageNames.size(), has_output);
+  Result<void> fine =
+      stages.finish(command.dump, kDumpStageNames.size(), has_output, !command.report.empty());
   if (!fine) return fine.error();
   if (command.remesh.semi_regular && command.dump.until > DumpStage::kInput &&
       command.dump.until < DumpStage::kNormalMesh)
@@ -472,7 +464,8 @@ Result<Command> finish(Parser& parser, std::string_view verb) {
   if (verb == "remesh") {
     parser.remesh.remesh.repair = repair_policy(raw.repair);
     const bool has_output = !parser.remesh.output.empty() || parser.remesh.common.dry_run;
-    Result<void> fine = parser.remesh_stages.finish(parser.remesh.dump, kRemeshStages, has_output);
+    Result<void> fine = parser.remesh_stages.finish(parser.remesh.dump, kRemeshStages, has_output,
+                                                    !parser.remesh.report.empty());
     if (fine) fine = parser.remesh_run_options.finish(parser.remesh.common);
     if (!fine) return fine.error();
     set_verbosity(raw, parser.remesh.common);

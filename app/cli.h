@@ -11,7 +11,7 @@ namespace nacre::app {
 
 /// Turns the arguments (without the program's name) into a command.
 ///
-/// Ensures  the goal of an encode is set: --bits-per-vertex 1 if the user named none.
+/// Ensures  the goal of an encode is set: --quality 75 if the user named none.
 /// Errors   kBadInput, with the remedy: what was meant, or which --help to read.
 [[nodiscard]] Result<Command> parse_command_line(std::span<const std::string> arguments);
 

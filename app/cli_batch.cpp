@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "app/cli_number.h"
 #include "app/sizes.h"
 
 namespace nacre::app {
@@ -77,7 +78,7 @@ void BatchParser::add_run_options(CLI::App* verb, batch::RunCommand& run, bool s
   verb->add_option("--max-memory", raw_.max_memory,
                    "Memory of all scans together, e.g. 8G; default: nine tenths of what is free");
   verb->add_option("--timeout", run.timeout_seconds, "Seconds after which a scan is given up")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   verb->add_flag("--verify", run.verify,
                  "Read every input to see whether it changed; default: only if its size or time "
                  "did");

@@ -37,8 +37,8 @@ void StageParser::add_options(CLI::App& verb, DumpSettings& settings, std::size_
                   "comes after it is made");
 }
 
-Result<void> StageParser::finish(DumpSettings& settings, std::size_t stages,
-                                 bool has_output) const {
+Result<void> StageParser::finish(DumpSettings& settings, std::size_t stages, bool has_output,
+                                 bool has_report) const {
   const bool all = std::ranges::find(dump_, "all") != dump_.end();
   for (std::size_t i = 0; i < stages; ++i) {
     const std::string_view name = kDumpStageNames[i];
@@ -56,13 +56,14 @@ Result<void> StageParser::finish(DumpSettings& settings, std::size_t stages,
     return usage_error("--work-dir needs --dump, the stages to write there, e.g. --dump all");
   if (settings.until && has_output)
     return usage_error("--until stops before the output is made; leave out -o");
+  if (settings.until && has_report)
+    return usage_error("--until stops before there is anything to report; leave out --report");
   if (!settings.until && !has_output)
     return usage_error("-o is required: the file to write (or --until, to stop before it)");
   return {};
 }
 
 void StageParser::add_verb(CLI::App& verb) {
-  verb.footer(kStageFooter);
   verb.add_option("ACTION", action_, "list or diff")
       ->required()
       ->check(CLI::IsMember({"list", "diff"}));

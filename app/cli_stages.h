@@ -18,9 +18,10 @@ class StageParser {
  public:
   /// --dump, --work-dir, --from, --until; the first `stages` of kDumpStageNames can be named.
   void add_options(CLI::App& verb, DumpSettings& settings, std::size_t stages);
-  /// Errors   kBadInput, with the remedy: options that do not go together. `has_output`: -o.
-  [[nodiscard]] Result<void> finish(DumpSettings& settings, std::size_t stages,
-                                    bool has_output) const;
+  /// Errors   kBadInput, with the remedy: options that do not go together. `has_output`: -o;
+  ///          `has_report`: --report.
+  [[nodiscard]] Result<void> finish(DumpSettings& settings, std::size_t stages, bool has_output,
+                                    bool has_report) const;
 
   void add_verb(CLI::App& verb);
   [[nodiscard]] Result<StageCommand> finish_verb() const;
