@@ -21,6 +21,12 @@ class SchemaChecker {
                                                   const std::string& definition) const {
     return problems(value, root_["$defs"].at(definition), "");
   }
+  /// Places of members that the schema has no word on.
+  [[nodiscard]] std::vector<std::string> undescribed(const nlohmann::json& value) const {
+    Problems found;
+    find_undescribed(value, {root_}, "", found);
+    return found;
+  }
 
  private:
   using Json = nlohmann::json;
@@ -104,6 +110,42 @@ class SchemaChecker {
       add(found, of_all);
     }
     return found;
+  }
+
+  /// The schema and those that it refers to and chooses from.
+  [[nodiscard]] std::vector<Json> branches(const Json& schema) const {
+    std::vector<Json> all = {schema};
+    const auto add_all = [&](const Json& more) {
+      for (Json& branch : branches(more)) all.push_back(std::move(branch));
+    };
+    if (schema.contains("$ref"))
+      add_all(root_.at(Json::json_pointer(schema["$ref"].get<std::string>().substr(1))));
+    for (const Json& choice : schema.value("anyOf", Json::array())) add_all(choice);
+    return all;
+  }
+
+  void find_undescribed(const Json& value, const std::vector<Json>& schemas, const std::string& at,
+                        Problems& found) const {
+    std::vector<Json> all;
+    for (const Json& schema : schemas)
+      for (Json& branch : branches(schema)) all.push_back(std::move(branch));
+    for (const auto& [key, member] : value.items()) {
+      if (!member.is_structured() && !value.is_object()) continue;
+      std::vector<Json> of_member;
+      for (const Json& schema : all) {
+        if (value.is_array()) {
+          if (schema.contains("items")) of_member.push_back(schema["items"]);
+        } else if (schema.contains("properties") && schema["properties"].contains(key)) {
+          of_member.push_back(schema["properties"][key]);
+        } else if (schema.contains("additionalProperties")) {
+          of_member.push_back(schema["additionalProperties"]);
+        }
+      }
+      const std::string place = at + "/" + key;
+      if (of_member.empty()) found.push_back(place);
+      if (!of_member.empty() && member.is_structured())
+        find_undescribed(member, of_member, place, found);
+    }
   }
 
   Json root_;

@@ -219,6 +219,27 @@ TEST(ReportSchema, IsMetByAReport) {
   EXPECT_EQ(report["schema_version"], 1);
 }
 
+TEST(ReportSchema, DescribesEveryMember) {
+  EncodeRun run = example().run;
+  run.from = Reentry{"05-normal-mesh", "w/05-normal-mesh", {"positions.npy"}};
+  run.remesh.clean.actions = {{"welded vertices", 2, {0, 1}, 0.5, 0.25}};
+  run.remesh.pieces.emplace_back();
+  run.remesh.bands.emplace_back();
+  run.remesh_distance = run.distance;
+  run.certified = metric::certified_distance(example().scan, shapes::sphere(2)).value();
+  RemeshRun remesh;
+  remesh.input = run.input;
+  remesh.remesh = run.remesh;
+  remesh.distance = run.distance;
+  remesh.costs = run.costs;
+  remesh.from = run.from;
+  for (const std::string& text : {to_json(run), to_json(remesh)}) {
+    const auto report = nlohmann::json::parse(text);
+    EXPECT_EQ(schema().problems(report), std::vector<std::string>());
+    EXPECT_EQ(schema().undescribed(report), std::vector<std::string>());
+  }
+}
+
 TEST(ReportSchema, IsMetByAComparisonWithAndWithoutACertificate) {
   const Scan a = shapes::sphere(2), b = shapes::icosahedron();
   const metric::Comparison c = metric::compare(a, b, {.samples = 2000}).value();
@@ -245,6 +266,9 @@ TEST(ReportSchema, FindsWhatIsWrong) {
   EXPECT_TRUE(broken([](auto& r) { r["distance"]["max"]["on"] = "C"; }));
   EXPECT_TRUE(broken([](auto& r) { r["seconds"]["read"] = nullptr; }));
   EXPECT_FALSE(broken([](auto& r) { r["new_field"] = 1; }));
+  auto more = good;
+  more["bands"][0]["new_field"] = 1;
+  EXPECT_EQ(schema().undescribed(more), std::vector<std::string>{"/bands/0/new_field"});
 }
 
 }  // namespace
