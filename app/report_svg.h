@@ -3,6 +3,7 @@
 
 #include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 /// Plots as SVG for a page: no script, colours from the page's style sheet.

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "app/batch/summary.h"
+#include "app/report_svg.h"
 #include "app/sizes.h"
 
 namespace nacre::app::batch {
@@ -56,29 +57,6 @@ document.querySelector("input").addEventListener("input", event => {
 });
 </script>
 )";
-
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
 
 std::string text_cell(std::string_view text, std::string_view style = "text") {
   return fmt::format("<td class=\"{}\">{}</td>", style, escaped(text));

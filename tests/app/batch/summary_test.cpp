@@ -123,5 +123,11 @@ TEST(Summary, PageIsSelfContainedAndEscapesNames) {
   EXPECT_EQ(count(page, "<td"), 3 * count(page, "<th>") + 3 * count(page, "<th "));
 }
 
+TEST(Summary, PageStaysTextWhereNamesAreNone) {
+  std::vector<Row> one = {rows().front()};
+  one[0].item.scan = "x\xFF'.ply";
+  EXPECT_NE(summary_html(one).find("x\xEF\xBF\xBD&#39;.ply"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace nacre::app::batch
