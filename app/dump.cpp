@@ -117,16 +117,30 @@ Result<void> Dumper::check_folder(DumpStage stage, bool known_key) const {
                                     folder.string())};
 }
 
+Result<void> Dumper::open_entry() {
+  Result<StageFolder> entry = open_stage(settings_.from);
+  if (!entry) return entry.error();
+  entry_ = std::move(*entry);
+  if (settings_.until && *settings_.until <= entry_->record.stage)
+    return Error{ErrorCode::kBadInput,
+                 fmt::format("--until {} lies before --from {}",
+                             kDumpStageNames[static_cast<std::size_t>(*settings_.until)],
+                             settings_.from.string())};
+  // From its curves a run measures them anew.
+  if (entry_->record.stage == DumpStage::kRdCurves && !entry_->edited.empty())
+    return Error{ErrorCode::kBadInput,
+                 fmt::format("{}: was edited, but is to be looked at only; go on from "
+                             "06-coefficients, or from 08-steps with steps of your choice",
+                             settings_.from.string())};
+  Result<std::optional<StageFolder>> beside = open_beside(*entry_);
+  if (!beside) return beside.error();
+  beside_ = std::move(*beside);
+  return {};
+}
+
 Result<void> Dumper::check() {
   if (!settings_.from.empty()) {
-    Result<StageFolder> entry = open_stage(settings_.from);
-    if (!entry) return entry.error();
-    entry_ = std::move(*entry);
-    if (settings_.until && *settings_.until <= entry_->record.stage)
-      return Error{ErrorCode::kBadInput,
-                   fmt::format("--until {} lies before --from {}",
-                               kDumpStageNames[static_cast<std::size_t>(*settings_.until)],
-                               settings_.from.string())};
+    if (Result<void> ok = open_entry(); !ok) return ok;
   }
   if (settings_.work_dir.empty()) return {};
   std::error_code ignored;
@@ -149,6 +163,7 @@ Result<void> Dumper::begin(const Scan& scan) {
   for (const StageFile& file : files_of(scan)) origin += sha256(file.bytes);
   if (entry_) {
     origin += stage_folder_name(entry_->record.stage) + entry_->hash;
+    if (beside_) origin += beside_->hash;
     last_hash_ = entry_->hash;
   }
   keys_.set_origin(std::move(origin));

@@ -29,8 +29,9 @@ class Dumper {
   Dumper(DumpSettings settings, bool overwrite);
 
   /// The cheap checks, before any work; opens the stage to start from. Errors   kBadInput: a
-  /// step's folder has files that no run has dumped and not `overwrite`. kCannotWrite: the folder
-  /// cannot be made or written. kUnreadableFile: what to start from is no stage.
+  /// step's folder has files that no run has dumped and not `overwrite`, or curves were edited to
+  /// start from. kCannotWrite: the folder cannot be made or written. kUnreadableFile: what to start
+  /// from is no stage.
   [[nodiscard]] Result<void> check();
   /// With the options (JSON) that this stage depends on.
   void set_options(DumpStage stage, std::string json) { keys_.set_options(stage, std::move(json)); }
@@ -40,6 +41,8 @@ class Dumper {
 
   /// Where the run starts if not at the scan.
   [[nodiscard]] const StageFolder* entry() const { return entry_ ? &*entry_ : nullptr; }
+  /// The stage beside the entry that it needs, see open_beside(); null: none.
+  [[nodiscard]] const StageFolder* beside() const { return beside_ ? &*beside_ : nullptr; }
   [[nodiscard]] bool starts_at_or_after(DumpStage stage) const {
     return entry_ && entry_->record.stage >= stage;
   }
@@ -79,6 +82,7 @@ class Dumper {
   [[nodiscard]] std::filesystem::path folder_of(DumpStage stage) const;
   [[nodiscard]] bool is_to_be_written(DumpStage stage) const;
   [[nodiscard]] bool is_current(DumpStage stage) const;
+  [[nodiscard]] Result<void> open_entry();
   [[nodiscard]] Result<void> check_folder(DumpStage stage, bool known_key) const;
   void cleaned(const remesh::CleanScan& cleaned);
   void base(const Scan& scan, const remesh::Parameterisation& map);
@@ -93,7 +97,7 @@ class Dumper {
   DumpSettings settings_;
   bool overwrite_ = false;
   Result<void> first_error_;
-  std::optional<StageFolder> entry_;
+  std::optional<StageFolder> entry_, beside_;
   StageKeys keys_;
   StageFacts facts_;
   std::string last_hash_;

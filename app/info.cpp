@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
 #include <cstdio>
 
 #include "app/files.h"
@@ -88,10 +89,6 @@ Result<void> scan_info(const InfoCommand& command) {
   return {};
 }
 
-const char* transform_name(wavelet::Transform transform) {
-  return transform == wavelet::Transform::kLoop ? "loop" : "butterfly";
-}
-
 struct NamedSection {
   std::string name;
   std::size_t offset = 0, bytes = 0;
@@ -115,7 +112,7 @@ Json stream_json(const std::filesystem::path& file, const codec::StreamInfo& inf
       {"file", file.string()},
       {"kind", "ncr"},
       {"version", info.version},
-      {"transform", transform_name(info.transform)},
+      {"transform", name_of(info.transform)},
       {"bytes", info.bytes_present},
       {"bytes_whole", info.bytes_whole},
       {"base_vertices", info.base_vertices},
@@ -150,18 +147,24 @@ Json stream_json(const std::filesystem::path& file, const codec::StreamInfo& inf
   return json;
 }
 
+/// A dash for what the table does not know: levels that only come together with a finer one.
+std::string quality_columns(const codec::LevelTable& table, std::size_t level) {
+  const codec::LevelTable::Cut& cut = table.cuts[level];
+  const std::string psnr = cut.psnr_db > 0 ? fmt::format("{:.2f}", cut.psnr_db) : "-";
+  const std::string error = std::isfinite(cut.max_error)
+                                ? fmt::format("{:>10.4g} ({:.3g} %)", cut.max_error,
+                                              percent_of(table.bbox_diagonal, cut.max_error))
+                                : fmt::format("{:>10}", "-");
+  return fmt::format("{:>13} {}", psnr, error);
+}
+
 std::string levels_text(const codec::StreamInfo& info) {
   std::string text =
       fmt::format("{:<6} {:>14} {:>14} {:>14}{}\n", "level", "prefix bytes", "vertices", "faces",
                   info.level_table ? "      PSNR dB            max error" : "");
   for (std::size_t j = 0; j < info.levels.size(); ++j) {
     const codec::StreamInfo::Level& level = info.levels[j];
-    std::string quality;
-    if (info.level_table) {
-      const codec::LevelTable::Cut& cut = info.level_table->cuts[j];
-      quality = fmt::format("{:>13.2f} {:>10.4g} ({:.3g} %)", cut.psnr_db, cut.max_error,
-                            percent_of(info.level_table->bbox_diagonal, cut.max_error));
-    }
+    const std::string quality = info.level_table ? quality_columns(*info.level_table, j) : "";
     text += fmt::format("{:<6} {:>14} {:>14} {:>14}{}{}\n", j, format_count(level.bytes),
                         format_count(level.vertices), format_count(level.triangles), quality,
                         level.bytes <= info.bytes_present ? "" : "  (cut off)");
@@ -179,8 +182,8 @@ std::string stream_text(const std::filesystem::path& file, const codec::StreamIn
       info.bytes_present < info.bytes_whole
           ? fmt::format(" (cut short: {} when whole)", format_bytes(info.bytes_whole))
           : "",
-      codec::profile_name(info.profile), transform_name(info.transform),
-      format_count(info.base_vertices), format_count(info.base_triangles), info.base_bits);
+      codec::profile_name(info.profile), name_of(info.transform), format_count(info.base_vertices),
+      format_count(info.base_triangles), info.base_bits);
   if (!info.origin.isZero(0)) text += fmt::format("origin    {}\n", point_text(info.origin));
   if (info.certified_error) {
     text += fmt::format(

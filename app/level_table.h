@@ -33,8 +33,7 @@ inline constexpr std::size_t kCoarseSamples = 100'000;
 /// sampled as `compare` does it; maximum errors are certified bounds, at most 1 % over the true
 /// ones before rounding. A table that is there is replaced; a certified error stays.
 ///
-/// Errors   kGeometryRefused: the scan has no surface; kCancelled; kNoConvergence if the stream
-/// does
+/// Errors   kGeometryRefused: the scan has no surface; kCancelled; kNoConvergence: the stream does
 ///          not decode.
 [[nodiscard]] Result<void> fill_level_table(std::vector<std::uint8_t>& stream, const Scan& scan,
                                             const LevelTableOptions& options, Console& console);

@@ -47,6 +47,15 @@ struct RemeshSettings {
   bool semi_regular = false;
 };
 
+/// As the options --repair and --transform have them, and the reports.
+[[nodiscard]] constexpr std::string_view name_of(remesh::RepairPolicy policy) {
+  constexpr std::array<std::string_view, 4> kNames = {"safe", "strict", "none", "aggressive"};
+  return kNames[static_cast<std::size_t>(policy)];
+}
+[[nodiscard]] constexpr std::string_view name_of(wavelet::Transform transform) {
+  return transform == wavelet::Transform::kLoop ? "loop" : "butterfly";
+}
+
 /// What the file shall be: exactly one wish per run.
 struct Goal {
   enum class Kind : std::uint8_t {
@@ -112,7 +121,7 @@ struct EncodeCommand {
   double theta_degrees = 1.0;
   RemeshSettings remesh;
   std::filesystem::path reference;  ///< to measure against instead of the scan; empty: none
-  bool has_goal = true;  ///< false: none was named, and the default stands above
+  bool has_goal = true;             ///< false: none was named, and the default stands above
   DumpSettings dump;
   std::size_t samples = 500'000;  ///< of the measurement, see metric::Options
   Common common;

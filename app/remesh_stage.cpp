@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -18,17 +17,12 @@
 namespace nacre::app {
 namespace {
 
-const char* policy_name(remesh::RepairPolicy policy) {
-  constexpr std::array kNames = {"safe", "strict", "none", "aggressive"};
-  return kNames[static_cast<std::size_t>(policy)];
-}
-
 /// The options that each stage of the remesher depends on. Bounds that the goal sets count only
 /// where the user has not said it all: then a change of the goal leaves these stages as they are.
 void set_stage_options(const RemeshSettings& settings, Dumper& dumper) {
   dumper.set_options(DumpStage::kClean,
                      fmt::format("{{\"repair\":\"{}\",\"semi_regular\":{}}}",
-                                 policy_name(settings.repair), settings.semi_regular));
+                                 name_of(settings.repair), settings.semi_regular));
   const bool free_base = settings.base_vertices == 0, free_levels = settings.levels == 0;
   dumper.set_options(
       DumpStage::kBase,
@@ -37,20 +31,6 @@ void set_stage_options(const RemeshSettings& settings, Dumper& dumper) {
                   settings.base_vertices, free_base ? settings.least_base_vertices : 0,
                   free_base ? settings.most_base_vertices : 0, settings.levels,
                   free_levels ? settings.least_triangles : 0, settings.keep_triangles));
-}
-
-/// A stage of the same run.
-Result<StageFolder> open_beside(const StageFolder& stage, DumpStage other, const char* why) {
-  const std::filesystem::path folder = stage.folder.has_filename()
-                                           ? stage.folder.parent_path()
-                                           : stage.folder.parent_path().parent_path();
-  Result<StageFolder> found = open_stage(folder / stage_folder_name(other));
-  if (found) return found;
-  Error error = found.error();
-  error.message +=
-      fmt::format("; --from {} needs {} beside it, {}", stage_folder_name(stage.record.stage),
-                  stage_folder_name(other), why);
-  return error;
 }
 
 /// A run of the remesher that may begin in its middle and end before its end.
@@ -65,8 +45,8 @@ class Steps {
     if (dumper != nullptr) options_.observer = dumper->observer();
   }
 
-  /// What a dumped stage holds.
-  Result<void> start_from(const StageFolder& stage);
+  /// What a dumped stage holds, and the one that it needs beside it (null: none).
+  Result<void> start_from(const StageFolder& stage, const StageFolder* beside);
   /// From there, or from the scan, to the end or to where the dumper says.
   Result<void> run();
 
@@ -77,8 +57,8 @@ class Steps {
     return true;
   }
   Result<void> recognise();
-  Result<void> start_from_mesh(const StageFolder& stage);
-  Result<void> start_from_map(const StageFolder& stage);
+  Result<void> start_from_mesh(const StageFolder& stage, const StageFolder* beside);
+  Result<void> start_from_map(const StageFolder& stage, const StageFolder* beside);
   Result<void> clean();
   Result<void> map();
   Result<void> pierce();
@@ -98,31 +78,14 @@ class Steps {
   bool is_done_ = false;
 };
 
-/// Steps are of the mesh in 06-coefficients; symbols and the stream need none.
-Result<std::optional<SemiRegularMesh>> mesh_of(const StageFolder& stage) {
-  std::optional<StageFolder> beside;
-  if (stage.record.stage == DumpStage::kSymbols || stage.record.stage == DumpStage::kStream)
-    return std::optional<SemiRegularMesh>();
-  if (stage.record.stage == DumpStage::kRdCurves)
-    return Error{ErrorCode::kBadInput,
-                 fmt::format("{}: is to be looked at only; go on from 06-coefficients, or from "
-                             "08-steps with steps of your choice",
-                             stage.folder.string())};
-  if (stage.record.stage == DumpStage::kSteps) {
-    Result<StageFolder> mesh = open_beside(stage, DumpStage::kCoefficients, "which has the mesh");
+Result<void> Steps::start_from_mesh(const StageFolder& stage, const StageFolder* beside) {
+  // Symbols and the stream need no mesh.
+  if (stage.record.stage < DumpStage::kSymbols) {
+    Result<SemiRegularMesh> mesh = mesh_from(beside != nullptr ? *beside : stage);
     if (!mesh) return mesh.error();
-    beside = std::move(*mesh);
+    prepared_.remesh.mesh = std::move(*mesh);
   }
-  Result<SemiRegularMesh> mesh = mesh_from(beside ? *beside : stage);
-  if (!mesh) return mesh.error();
-  return std::optional(std::move(*mesh));
-}
-
-Result<void> Steps::start_from_mesh(const StageFolder& stage) {
-  Result<std::optional<SemiRegularMesh>> mesh = mesh_of(stage);
-  if (!mesh) return mesh.error();
   const StageFacts facts = facts_from(stage.record.facts);
-  if (*mesh) prepared_.remesh.mesh = std::move(**mesh);
   prepared_.remesh.clean = facts.clean;
   prepared_.remesh.bands = facts.bands;
   prepared_.remesh.pieces = facts.pieces;
@@ -131,18 +94,11 @@ Result<void> Steps::start_from_mesh(const StageFolder& stage) {
   return {};
 }
 
-Result<void> Steps::start_from_map(const StageFolder& stage) {
+Result<void> Steps::start_from_map(const StageFolder& stage, const StageFolder* beside) {
   // The map was made together with the base mesh: both are in 04, and 03 says what was moved.
-  const bool is_base = stage.record.stage == DumpStage::kBase;
-  std::optional<StageFolder> beside;
-  if (is_base) {
-    Result<StageFolder> map = open_beside(stage, DumpStage::kParameterisation, "which has the map");
-    if (!map) return map.error();
-    beside = std::move(*map);
-  }
-  Result<remesh::MappedScan> mapped = mapped_from(beside ? *beside : stage);
+  Result<remesh::MappedScan> mapped = mapped_from(beside != nullptr ? *beside : stage);
   if (!mapped) return mapped.error();
-  if (is_base) {
+  if (beside != nullptr) {
     if (Result<void> moved = move_base(stage, *mapped); !moved) return moved;
   }
   mapped_ = std::move(*mapped);
@@ -151,12 +107,13 @@ Result<void> Steps::start_from_map(const StageFolder& stage) {
   if (dumper_ != nullptr) {
     dumper_->facts() = facts;
     dumper_->surface(*mapped_->scan);
-    if (is_base && options_.observer.base) options_.observer.base(*mapped_->scan, mapped_->map);
+    if (beside != nullptr && options_.observer.base)
+      options_.observer.base(*mapped_->scan, mapped_->map);
   }
   return {};
 }
 
-Result<void> Steps::start_from(const StageFolder& stage) {
+Result<void> Steps::start_from(const StageFolder& stage, const StageFolder* beside) {
   switch (stage.record.stage) {
     case DumpStage::kInput:
       return {};
@@ -173,9 +130,9 @@ Result<void> Steps::start_from(const StageFolder& stage) {
     }
     case DumpStage::kBase:
     case DumpStage::kParameterisation:
-      return start_from_map(stage);
+      return start_from_map(stage, beside);
     default:
-      return start_from_mesh(stage);
+      return start_from_mesh(stage, beside);
   }
 }
 
@@ -315,6 +272,11 @@ Result<void> read(const std::filesystem::path& file, Prepared& prepared, StageCl
 Result<void> enter(Dumper& dumper, Prepared& prepared, Steps& steps, Console& console) {
   if (const StageFolder* entry = dumper.entry()) {
     prepared.from = Reentry{stage_folder_name(entry->record.stage), entry->folder, entry->edited};
+    if (const StageFolder* beside = dumper.beside()) {
+      for (const std::string& name : beside->edited)
+        prepared.from->edited.push_back("../" + stage_folder_name(beside->record.stage) + "/" +
+                                        name);
+    }
     console.note(describe(*prepared.from));
     if (entry->record.stage == DumpStage::kInput) {
       Result<Scan> scan = scan_from(*entry);
@@ -331,9 +293,10 @@ Result<void> enter(Dumper& dumper, Prepared& prepared, Steps& steps, Console& co
   dumper.input(prepared.source());
   if (const std::optional<StageFolder> there = dumper.reusable()) {
     console.detail(fmt::format("{} is as it would be made again: used", there->folder.string()));
-    return steps.start_from(*there);
+    return steps.start_from(*there, nullptr);
   }
-  return dumper.entry() != nullptr ? steps.start_from(*dumper.entry()) : Result<void>();
+  if (dumper.entry() == nullptr) return {};
+  return steps.start_from(*dumper.entry(), dumper.beside());
 }
 
 }  // namespace

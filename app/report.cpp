@@ -24,20 +24,6 @@ constexpr std::size_t kListedFallbacks = 5;
 
 double share(double part, double whole) { return whole > 0 ? part / whole : 0; }
 
-const char* repair_name(remesh::RepairPolicy policy) {
-  switch (policy) {
-    case remesh::RepairPolicy::kStrict:
-      return "strict";
-    case remesh::RepairPolicy::kNone:
-      return "none";
-    case remesh::RepairPolicy::kAggressive:
-      return "aggressive";
-    case remesh::RepairPolicy::kSafe:
-      break;
-  }
-  return "safe";
-}
-
 Json input_json(const InputFacts& input) {
   return {{"file", input.file.string()},
           {"format", input.read.format},
@@ -61,19 +47,18 @@ Json from_json(const Reentry& from) {
 Json remesh_options_json(const RemeshSettings& settings) {
   return {{"levels", settings.levels},
           {"base_vertices", settings.base_vertices},
-          {"repair", repair_name(settings.repair)}};
+          {"repair", name_of(settings.repair)}};
 }
 
 Json encode_options_json(const EncodeRun& run) {
   const EncodeCommand& command = run.command;
   Json goal = {{"kind", name_of(command.goal.kind)}, {"value", command.goal.value}};
-  Json options = {
-      {"profile", codec::profile_name(command.profile)},
-      {"transform", command.transform == wavelet::Transform::kLoop ? "loop" : "butterfly"},
-      {"theta_degrees", command.theta_degrees},
-      {"goal", std::move(goal)},
-      {"target_bytes", run.target_bytes},
-      {"samples", command.samples}};
+  Json options = {{"profile", codec::profile_name(command.profile)},
+                  {"transform", name_of(command.transform)},
+                  {"theta_degrees", command.theta_degrees},
+                  {"goal", std::move(goal)},
+                  {"target_bytes", run.target_bytes},
+                  {"samples", command.samples}};
   options.update(remesh_options_json(command.remesh));
   return options;
 }
@@ -86,18 +71,6 @@ Json levels_json(const std::vector<LevelFacts>& levels) {
                     {"triangles", level.triangles},
                     {"psnr_db", level.psnr_db ? Json(*level.psnr_db) : Json(nullptr)},
                     {"max_error", level.max_error ? Json(*level.max_error) : Json(nullptr)}});
-  }
-  return list;
-}
-
-Json pieces_json(const std::vector<remesh::PieceReport>& pieces) {
-  Json list = Json::array();
-  for (const remesh::PieceReport& piece : pieces) {
-    list.push_back({{"triangles", piece.triangles},
-                    {"base_triangles", piece.base_triangles},
-                    {"boundary_loops", piece.boundary_loops},
-                    {"genus", piece.genus},
-                    {"fallback", piece.fallback}});
   }
   return list;
 }
@@ -202,6 +175,18 @@ Json clean_json(const remesh::CleanReport& clean) {
           {"closed_pieces", clean.closed_pieces},
           {"boundary_loops", clean.boundary_loops},
           {"genus", clean.genus}};
+}
+
+Json pieces_json(const std::vector<remesh::PieceReport>& pieces) {
+  Json list = Json::array();
+  for (const remesh::PieceReport& piece : pieces) {
+    list.push_back({{"triangles", piece.triangles},
+                    {"base_triangles", piece.base_triangles},
+                    {"boundary_loops", piece.boundary_loops},
+                    {"genus", piece.genus},
+                    {"fallback", piece.fallback}});
+  }
+  return list;
 }
 
 StageClock::StageClock() : begin_(Clock::now()), stage_begin_(begin_) {}

@@ -173,6 +173,23 @@ Result<StageFolder> open_stage(const fs::path& folder) {
   return out;
 }
 
+Result<std::optional<StageFolder>> open_beside(const StageFolder& stage) {
+  const DumpStage own = stage.record.stage;
+  const bool needs_map = own == DumpStage::kBase;
+  const bool needs_mesh = own == DumpStage::kRdCurves || own == DumpStage::kSteps;
+  if (!needs_map && !needs_mesh) return std::optional<StageFolder>();
+  const DumpStage other = needs_map ? DumpStage::kParameterisation : DumpStage::kCoefficients;
+  const fs::path folder = stage.folder.has_filename() ? stage.folder.parent_path()
+                                                      : stage.folder.parent_path().parent_path();
+  Result<StageFolder> found = open_stage(folder / stage_folder_name(other));
+  if (found) return std::optional(std::move(*found));
+  Error error = found.error();
+  error.message +=
+      fmt::format("; --from {} needs {} beside it, which has the {}", stage_folder_name(own),
+                  stage_folder_name(other), needs_map ? "map" : "mesh");
+  return error;
+}
+
 std::string StageKeys::key(DumpStage stage) const {
   std::string text = build_hash() + "\n" + origin_ + "\n";
   for (std::size_t i = 0; i <= index(stage); ++i)

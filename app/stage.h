@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -69,6 +70,12 @@ struct StageFolder {
 ///
 /// Errors   kUnreadableFile: no such folder, no record, or not of this schema; with the remedy.
 [[nodiscard]] Result<StageFolder> open_stage(const std::filesystem::path& folder);
+
+/// What a stage needs of the run's other stages, in the folder beside its own: 03 the map in 04; 07
+/// and 08 the mesh in 06. None for the others.
+///
+/// Errors   as open_stage(), with what it is needed for.
+[[nodiscard]] Result<std::optional<StageFolder>> open_beside(const StageFolder& stage);
 
 /// The record alone. Errors   as open_stage().
 [[nodiscard]] Result<StageRecord> read_record(const std::filesystem::path& folder);

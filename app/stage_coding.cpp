@@ -10,7 +10,7 @@
 
 #include "app/files.h"
 #include "app/json.h"
-#include "app/npy.h"
+#include "app/stage_arrays.h"
 #include "app/stage_files.h"
 #include "codec/band_coder.h"
 #include "codec/stream_reader.h"
@@ -39,15 +39,6 @@ Result<Json> table_of(const StageFolder& stage, const char* name) {
   return json;
 }
 
-template <class Row>
-Result<std::vector<Row>> array_of(const StageFolder& stage, const std::string& name) {
-  const auto bytes = stage.file(name);
-  if (!bytes) return bytes.error();
-  auto rows = from_npy<Row>(*bytes);
-  if (!rows) return in_file(rows.error(), stage.folder / name);
-  return rows;
-}
-
 /// A step as people read it, beside the index that counts.
 Json step_json(int index) {
   if (index == codec::kNotCoded) return {{"index", nullptr}};
@@ -66,9 +57,28 @@ StageFile raw_file(std::string name, std::span<const std::uint8_t> bytes) {
   return {std::move(name), {bytes.begin(), bytes.end()}};
 }
 
-template <class Row>
-StageFile array_file(std::string name, const std::vector<Row>& rows) {
-  return {std::move(name), to_npy(std::span<const Row>(rows))};
+bool is_step(int index) { return std::abs(index) <= codec::kMaxStepIndex; }
+
+/// The symbols of band j; its step goes into the header's entry. Throws what Json throws.
+Result<entropy::BandSymbols> band_from(const StageFolder& stage, const Json& json, std::size_t j,
+                                       codec::BandEntry& header) {
+  entropy::BandSymbols band;
+  band.shrink_32nds = json.at("shrink_32nds").get<std::array<int, 3>>();
+  band.ratio_quarters = json.at("ratio_quarters").get<int>();
+  band.has_tangential = json.at("has_tangential").get<bool>();
+  const int step = step_index_of(json);
+  if (step == codec::kNotCoded) return band;
+  if (!is_step(step))
+    return bad_table(stage, kSymbolsName, "a step's index must lie in -6400 .. 6400");
+  header.step_index = step;
+  auto points = array_of<entropy::DetailPoint>(stage, points_name(j));
+  if (!points) return points.error();
+  band.points = std::move(*points);
+  if (!stage.files.contains(heads_name(j))) return band;
+  auto heads = array_of<std::uint8_t>(stage, heads_name(j));
+  if (!heads) return heads.error();
+  band.heads = std::move(*heads);
+  return band;
 }
 
 }  // namespace
@@ -87,9 +97,8 @@ StageFiles files_of(const codec::EncodeReport& report) {
 StageFiles files_of(const codec::StepChoice& choice) {
   Json steps = Json::array();
   for (const int step : choice.steps) steps.push_back(step_json(step));
-  const bool loop = choice.transform == wavelet::Transform::kLoop;
   StageFiles files = {json_file(kStepsName, {{"profile", codec::profile_name(choice.profile)},
-                                             {"transform", loop ? "loop" : "butterfly"},
+                                             {"transform", name_of(choice.transform)},
                                              {"theta_degrees", choice.theta_degrees},
                                              {"lambda", choice.lambda},
                                              {"steps", std::move(steps)}})};
@@ -181,54 +190,31 @@ Result<codec::StreamSymbols> symbols_from(const StageFolder& stage) {
     if (json->at("bands").size() != out.header.bands.size())
       return bad_table(stage, kSymbolsName, "needs as many bands as the header has");
     for (std::size_t j = 0; j < out.header.bands.size(); ++j) {
-      const Json& entry = json->at("bands").at(j);
-      const int step = step_index_of(entry);
-      entropy::BandSymbols band;
-      band.shrink_32nds = entry.at("shrink_32nds").get<std::array<int, 3>>();
-      band.ratio_quarters = entry.at("ratio_quarters").get<int>();
-      band.has_tangential = entry.at("has_tangential").get<bool>();
-      if (step != codec::kNotCoded) {
-        if (std::abs(step) > codec::kMaxStepIndex)
-          return bad_table(stage, kSymbolsName, "a step's index must lie in -6400 .. 6400");
-        out.header.bands[j].step_index = step;
-        auto points = array_of<entropy::DetailPoint>(stage, points_name(j));
-        if (!points) return points.error();
-        band.points = std::move(*points);
-        if (stage.files.contains(heads_name(j))) {
-          auto heads = array_of<std::uint8_t>(stage, heads_name(j));
-          if (!heads) return heads.error();
-          band.heads = std::move(*heads);
-        }
-      }
-      out.bands.push_back(std::move(band));
+      auto band = band_from(stage, json->at("bands").at(j), j, out.header.bands[j]);
+      if (!band) return band.error();
+      out.bands.push_back(std::move(*band));
     }
   } catch (const Json::exception&) {
     return bad_table(stage, kSymbolsName,
                      "needs grid, grid_corner, grid_bits, and bands with index, shrink_32nds, "
                      "ratio_quarters and has_tangential each");
   }
-  if (std::abs(out.header.grid_step_index) > codec::kMaxStepIndex)
+  if (!is_step(out.header.grid_step_index))
     return bad_table(stage, kSymbolsName, "the grid's step index must lie in -6400 .. 6400");
   return out;
 }
 
 std::string to_text(const StageFacts& facts) {
-  Json bands = Json::array(), pieces = Json::array();
+  Json bands = Json::array();
   for (const remesh::BandReport& band : facts.bands)
     bands.push_back({{"vertices", band.vertices},
                      {"normal_only", band.normal_only},
                      {"folded_triangles", band.folded_triangles}});
-  for (const remesh::PieceReport& piece : facts.pieces)
-    pieces.push_back({{"triangles", piece.triangles},
-                      {"base_triangles", piece.base_triangles},
-                      {"boundary_loops", piece.boundary_loops},
-                      {"genus", piece.genus},
-                      {"fallback", piece.fallback}});
   Json json = {{"levels", facts.levels}, {"is_kept", facts.is_kept}};
-  json["transform"] = facts.transform == wavelet::Transform::kLoop ? "loop" : "butterfly";
+  json["transform"] = name_of(facts.transform);
   json["clean"] = clean_json(facts.clean);
   json["bands"] = std::move(bands);
-  json["pieces"] = std::move(pieces);
+  json["pieces"] = pieces_json(facts.pieces);
   return json.dump();
 }
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "app/files.h"
-#include "app/npy.h"
+#include "app/stage_arrays.h"
 #include "base/topology.h"
 #include "io/io.h"
 #include "remesh/adjacency.h"
@@ -24,27 +24,9 @@ constexpr const char* kOrigin = "origin.npy";
 constexpr const char* kBaseTriangles = "base-triangles.npy";
 constexpr const char* kScanVertex = "scan-vertex.npy";
 
-template <class Row>
-StageFile array_file(std::string name, std::span<const Row> rows) {
-  return {std::move(name), to_npy(rows)};
-}
-template <class Row>
-StageFile array_file(std::string name, const std::vector<Row>& rows) {
-  return array_file(std::move(name), std::span<const Row>(rows));
-}
-
 StageFile origin_file(const Vec3& origin) {
   const std::array<double, 3> xyz = {origin[0], origin[1], origin[2]};
   return array_file(kOrigin, std::span<const double>(xyz));
-}
-
-template <class Row>
-Result<std::vector<Row>> array_of(const StageFolder& stage, const std::string& name) {
-  const auto bytes = stage.file(name);
-  if (!bytes) return bytes.error();
-  auto rows = from_npy<Row>(*bytes);
-  if (!rows) return in_file(rows.error(), stage.folder / name);
-  return rows;
 }
 
 Error misfit(const StageFolder& stage, const std::string& name, const std::string& what) {

@@ -37,7 +37,7 @@ struct StageFacts {
 /// With band-0.npy and so on, details as wavelet::analyze() has them in the mesh's own numbering.
 [[nodiscard]] Result<StageFiles> coefficient_files_of(const SemiRegularMesh& mesh,
                                                       wavelet::Transform transform);
-/// part-0.npy (the base), part-1.npy, ...: bits per vertex, distortion, step.
+/// band-0.npy and so on: bits per vertex, distortion, step of each sample.
 [[nodiscard]] StageFiles files_of(const codec::EncodeReport& report);
 [[nodiscard]] StageFiles files_of(const codec::StepChoice& choice);
 /// header.bin states what the other files do not.

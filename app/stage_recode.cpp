@@ -58,9 +58,8 @@ Result<codec::Encoded> checked(std::vector<std::uint8_t> bytes, const std::files
 }
 
 void set_coding_options(const EncodeCommand& command, Dumper& dumper) {
-  const bool loop = command.transform == wavelet::Transform::kLoop;
   dumper.set_options(DumpStage::kCoefficients,
-                     Json{{"transform", loop ? "loop" : "butterfly"}}.dump());
+                     Json{{"transform", name_of(command.transform)}}.dump());
   Json goal = {{"profile", codec::profile_name(command.profile)},
                {"effort", command.effort == codec::Effort::kFast ? "fast" : "normal"},
                {"theta_degrees", command.theta_degrees}};

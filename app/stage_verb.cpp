@@ -171,10 +171,9 @@ std::optional<FileDifference> file_difference(const std::string& name, const Sta
   if (view_a && view_b) {
     out = array_difference(*view_a, *view_b);
   } else {
-    const auto [at, end] = std::ranges::mismatch(in_a->second, in_b->second);
-    static_cast<void>(end);
+    const auto differ = std::ranges::mismatch(in_a->second, in_b->second);
     out.what = fmt::format("{} bytes against {}, the same up to byte {}", in_a->second.size(),
-                           in_b->second.size(), at - in_a->second.begin());
+                           in_b->second.size(), differ.in1 - in_a->second.begin());
   }
   out.name = name;
   return out;

@@ -135,7 +135,7 @@ std::string StageRun::whole;
 
 TEST_F(StageRun, GoingOnFromAnyStageMakesTheSameBytes) {
   for (const char* stage : {"01-input", "02-clean", "03-base", "04-parameterisation",
-                            "05-normal-mesh", "06-coefficients"}) {
+                            "05-normal-mesh", "06-coefficients", "07-rd-curves"}) {
     EXPECT_TRUE(from(std::string("w/") + stage, kGoal) == whole) << stage;
     EXPECT_NE(last.err.find("as it was dumped"), std::string::npos) << last.err;
   }
@@ -151,7 +151,8 @@ TEST_F(StageRun, TheSameForProfilePaperAndLoopWavelets) {
            joined(joined(kGoal, coder), {"--work-dir", path("paper"), "--dump", "all"}));
   EXPECT_FALSE(scratch->has("paper/05-normal-mesh"));
   EXPECT_FALSE(paper == whole);
-  EXPECT_TRUE(from("paper/06-coefficients", joined(kGoal, coder)) == paper);
+  for (const char* stage : {"06-coefficients", "07-rd-curves"})
+    EXPECT_TRUE(from(std::string("paper/") + stage, joined(kGoal, coder)) == paper) << stage;
   for (const char* stage : {"08-steps", "09-symbols", "10-stream"})
     EXPECT_TRUE(from(std::string("paper/") + stage, {}) == paper) << stage;
   EXPECT_GT((array<std::array<double, 3>>("paper/07-rd-curves/band-0.npy").size()), 3u);
@@ -224,6 +225,32 @@ TEST_F(StageRun, AChangedStepIsTheOneThatIsUsed) {
   ASSERT_TRUE(info.has_value());
   EXPECT_NEAR(info->sections[2].step, std::exp2((index + 32) / 32.0), 1e-9);
   EXPECT_FALSE(bytes == whole);
+}
+
+TEST_F(StageRun, AnEditOfTheMeshBesideTheStepsIsMarkedAndNotTakenForTheOld) {
+  const std::string w = copy("beside");
+  const std::vector<std::string> dump = {"--work-dir", path("after"), "--dump", "symbols"};
+  const auto symbols = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments =
+        joined({"encode", path("scan.ply"), "-o", path("beside.ncr"), "--samples", "1000", "--from",
+                path(w + "/08-steps")},
+               joined(dump, more));
+    return run(arguments);
+  };
+  last = symbols({});
+  EXPECT_EQ(last.exit_code, 0) << last.err;
+  EXPECT_NE(last.err.find("as it was dumped"), std::string::npos) << last.err;
+  auto positions = array<Vec3>(w + "/06-coefficients/positions.npy");
+  positions[inner_vertex(positions, 24)] += Vec3(0, 0, 0.5);
+  set_array(w + "/06-coefficients/positions.npy", positions);
+  fs::remove(scratch->file("beside.ncr"));
+  last = symbols({});
+  EXPECT_EQ(last.exit_code, 2) << last.err;
+  EXPECT_NE(last.err.find("after/09-symbols: is of another scan"), std::string::npos) << last.err;
+  last = symbols({"-f"});
+  EXPECT_EQ(last.exit_code, 0) << last.err;
+  EXPECT_NE(last.err.find("edited: ../06-coefficients/positions.npy"), std::string::npos)
+      << last.err;
 }
 
 TEST_F(StageRun, AZeroedBandIsZero) {
@@ -317,8 +344,9 @@ TEST_F(StageRun, DiffNamesTheFirstStageThatDiffersAndByHowMuch) {
 TEST_F(StageRun, WhatIsNoStageIsRefused) {
   expect_from_error(3, "nothing: is not the folder of a stage", "nothing");
   expect_from_error(3, "has no stage.json", "w");
-  expect_from_error(2, "to be looked at only", "w/07-rd-curves");
   const std::string w = copy("broken");
+  scratch->write(w + "/07-rd-curves/band-0.npy", "edited");
+  expect_from_error(2, "to be looked at only", w + "/07-rd-curves");
   scratch->write(w + "/05-normal-mesh/positions.npy", "short");
   expect_from_error(3, "positions.npy: is no .npy file", w + "/05-normal-mesh");
   fs::remove(scratch->file(w + "/06-coefficients/base-triangles.npy"));
