@@ -90,7 +90,7 @@ TEST_F(Commands, EncodeReportsWhatCompareMeasures) {
 TEST_F(Commands, DecodeWritesEveryFormatAndLevel) {
   save(scratch, "ball.ply", bumpy_ball(4));
   good({"encode", path("ball.ply"), "-o", path("ball.ncr"), "--size", "1500", "--levels", "3",
-        "--samples", "1000", "-q"});
+        "--samples", kSamples, "--level-table", "on", "-q"});
   const json info = good_json({"info", path("ball.ncr"), "--json"});
   const std::size_t base = info["base_triangles"];
   for (const char* name : {"out.ply", "out.obj", "out.off", "out.stl"}) {
@@ -105,6 +105,18 @@ TEST_F(Commands, DecodeWritesEveryFormatAndLevel) {
     good({"decode", path("ball.ncr"), "-o", path(name), "--level", std::to_string(level)});
     EXPECT_EQ(load(name).triangles.size(), base << (2 * level));
     EXPECT_EQ(load(name).positions.size(), info["levels"][level]["vertices"]);
+  }
+
+  // What the level table says of each level is what the level has.
+  for (int level = 0; level <= 3; ++level) {
+    const std::string name = "level" + std::to_string(level) + ".ncr";
+    good({"cut", path("ball.ncr"), "-o", path(name), "--level", std::to_string(level)});
+    const json real =
+        good_json({"compare", path("ball.ply"), path(name), "--json", "--samples", kSamples});
+    const json& said = info["levels"][level];
+    EXPECT_LE(said["psnr_db"], real["psnr_db"]) << level;
+    EXPECT_GT(said["psnr_db"].get<double>(), real["psnr_db"].get<double>() - 0.0501) << level;
+    EXPECT_GE(said["max_error"], real["max"]["value"]) << level;
   }
 
   // A file cut at a level's end still holds that level, and says so.

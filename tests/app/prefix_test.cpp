@@ -8,7 +8,9 @@
 
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "app/cli_prefix.h"
 #include "app/files.h"
@@ -198,6 +200,8 @@ TEST_F(Prefixes, AFileCutShortOfTheLevelNeedsPartial) {
   scratch_.write("cut.ncr", whole.substr(0, info_.levels[3].bytes - 1));
   expect_refused(7, "--partial",
                  {"decode", path("cut.ncr"), "-o", path("out.ply"), "--level", "3"});
+  expect_refused(7, "--partial takes what is there",
+                 {"decode", path("cut.ncr"), "-o", path("out.ply")});
   ASSERT_EQ(run({"decode", path("cut.ncr"), "-o", path("fine.ply"), "--level", "2"}).exit_code, 0);
   ASSERT_EQ(run({"decode", path("cut.ncr"), "-o", path("there.ply"), "--level", "3", "--partial"})
                 .exit_code,
@@ -250,6 +254,8 @@ TEST_F(Prefixes, CutRefusesWithARemedy) {
   const std::string in = path("table.ncr"), out = path("out.ncr");
   expect_refused(2, "--size", {"cut", in, "-o", out});
   expect_refused(5, "base mesh alone", {"cut", in, "--size", "30", "-o", out});
+  expect_refused(5, "level 4 is nearest", {"cut", in, "--max-error", "1e-9", "-o", out});
+  expect_refused(5, "--level-table on", {"cut", path("plain.ncr"), "--max-error", "1%", "-o", out});
   expect_refused(2, "levels 0 to 4", {"cut", in, "--level", "9", "-o", out});
   expect_refused(2, ".ncr", {"cut", in, "--level", "1", "-o", path("out.ply")});
   expect_refused(2, "is the input itself", {"cut", in, "--level", "1", "-o", in, "-f"});
@@ -278,6 +284,12 @@ TEST_F(Prefixes, InfoTellsTheTableOrThatThereIsNone) {
     EXPECT_EQ(with["levels"][j]["max_error"], info_.level_table->cuts[j].max_error);
     EXPECT_EQ(with["levels"][j]["prefix_bytes"], info_.levels[j].bytes);
   }
+  codec::LevelTable table = *info_.level_table;
+  table.cuts[1] = {0, std::numeric_limits<double>::infinity()};
+  scratch_.write("gap.ncr", text(codec::with_quality(coded().plain, table).value()));
+  const std::string gap = run({"info", path("gap.ncr")}).out;
+  EXPECT_EQ(gap.find("inf"), std::string::npos) << gap;
+  EXPECT_TRUE(std::regex_search(gap, std::regex("\n1 .* - +-\n"))) << gap;
   const json without = json::parse(run({"info", path("plain.ncr"), "--json"}).out);
   EXPECT_EQ(without["level_table"], false);
   EXPECT_TRUE(without["levels"][0]["psnr_db"].is_null());
