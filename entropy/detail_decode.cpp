@@ -3,25 +3,14 @@
 #include <bit>
 
 #include "entropy/detail_coder.h"
-#include "entropy/detail_syntax.h"
+#include "entropy/detail_reader.h"
 
 namespace nacre::entropy {
 namespace {
 
-struct Reader {
-  ArithmeticDecoder decoder;
-
-  bool bit(MixedBit mixed, bool) {
-    const bool value = decoder.decode_bit(mixed.probability());
-    mixed.update(value);
-    return value;
-  }
-  std::uint32_t raw(int count, std::uint32_t) { return decoder.decode_bits(count); }
-};
-
 /// Decodes a band's details block by block; false if the payload was too short.
-bool decode_points(Reader& reader, DetailModel& model, std::uint32_t count, bool has_tangential,
-                   std::vector<DetailBand::Nonzero>& points, bool sets_zeros) {
+bool decode_points(DetailReader& reader, DetailModel& model, std::uint32_t count,
+                   bool has_tangential, std::vector<DetailBand::Nonzero>& points, bool sets_zeros) {
   BlockHead head;
   for (std::uint32_t first = 0; first < count; first += kBlockDetails) {
     const std::uint32_t block = first / kBlockDetails, end = std::min(first + kBlockDetails, count);
@@ -58,14 +47,14 @@ Result<DetailBand> decode_details(std::span<const std::uint8_t> payload, const B
   const auto corrupt = [&](const char* what) {
     return Error{ErrorCode::kCorruptStream, what, payload.size()};
   };
-  Reader reader{ArithmeticDecoder(payload)};
-  const bool has_tangential = reader.raw(1, 0) != 0;
-  if (has_tangential) band.ratio_quarters = static_cast<int>(reader.raw(kRatioBits, 0));
+  DetailReader reader{ArithmeticDecoder(payload)};
+  const BandHead band_head = read_band_head(reader);
+  band.ratio_quarters = band_head.ratio_quarters;
   const auto count = static_cast<std::uint32_t>(place.level->edges.size());
-  if (!decode_points(reader, model, count, has_tangential, band.points, place.coarser == nullptr))
+  if (!decode_points(reader, model, count, band_head.has_tangential, band.points,
+                     place.coarser == nullptr))
     return corrupt("the payload ends before the band does");
-  for (int& shrink : band.shrink_32nds)
-    shrink = static_cast<int>(reader.raw(kShrinkBits, 0)) - kShrinkZero;
+  band.shrink_32nds = read_shrinks(reader);
   if (band.points.empty()) return corrupt("a band of zeros has no payload");
   if (!reader.decoder.ends_exactly()) return corrupt("the payload goes on after the band");
   return band;

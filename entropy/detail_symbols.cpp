@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "entropy/detail_syntax.h"
+#include "entropy/detail_reader.h"
 
 namespace nacre::entropy {
 namespace {
@@ -12,24 +12,13 @@ namespace {
 constexpr DetailPoint kZero = {0, 0, 0};
 constexpr std::uint8_t kRises = 1, kMoves = 2;
 
-struct Reader {
-  ArithmeticDecoder decoder;
-
-  bool bit(MixedBit mixed, bool) {
-    const bool value = decoder.decode_bit(mixed.probability());
-    mixed.update(value);
-    return value;
-  }
-  std::uint32_t raw(int count, std::uint32_t) { return decoder.decode_bits(count); }
-};
-
 Error corrupt(const char* what, std::size_t where) {
   return {ErrorCode::kCorruptStream, what, where};
 }
 
 Result<void> check(const BandSymbols& band, std::size_t count) {
   if (band.points.size() != count)
-    return Error{ErrorCode::kBadInput, "a band needs one point per detail", band.points.size()};
+    return Error{ErrorCode::kBadInput, "needs one point per detail", band.points.size()};
   for (std::size_t e = 0; e < count; ++e)
     for (const std::int32_t value : band.points[e])
       if (value < -kMaxDetail || value > kMaxDetail)
@@ -40,6 +29,10 @@ Result<void> check(const BandSymbols& band, std::size_t count) {
   if (band.ratio_quarters < 0 || band.ratio_quarters > 15)
     return Error{ErrorCode::kBadInput, "the ratio of steps must lie in 0 .. 15", 0};
   return {};
+}
+
+bool is_zero(const BandSymbols& band) {
+  return std::ranges::all_of(band.points, [](const DetailPoint& p) { return p == kZero; });
 }
 
 /// What the head of a block must say for its points to be possible.
@@ -64,9 +57,10 @@ Result<BandSymbols> read_band_symbols(std::span<const std::uint8_t> payload, con
     return band;
   }
   model.begin_band(place);
-  Reader reader{ArithmeticDecoder(payload)};
-  band.has_tangential = reader.raw(1, 0) != 0;
-  if (band.has_tangential) band.ratio_quarters = static_cast<int>(reader.raw(kRatioBits, 0));
+  DetailReader reader{ArithmeticDecoder(payload)};
+  const BandHead band_head = read_band_head(reader);
+  band.has_tangential = band_head.has_tangential;
+  band.ratio_quarters = band_head.ratio_quarters;
   const auto count = static_cast<std::uint32_t>(place.level->edges.size());
   band.points.assign(count, kZero);
   BlockHead head;
@@ -85,10 +79,10 @@ Result<BandSymbols> read_band_symbols(std::span<const std::uint8_t> payload, con
   }
   if (reader.decoder.overrun())
     return corrupt("the payload ends before the band does", payload.size());
-  for (int& shrink : band.shrink_32nds)
-    shrink = static_cast<int>(reader.raw(kShrinkBits, 0)) - kShrinkZero;
+  band.shrink_32nds = read_shrinks(reader);
   if (!reader.decoder.ends_exactly())
     return corrupt("the payload goes on after the band", payload.size());
+  if (is_zero(band)) return corrupt("a band of zeros has no payload", payload.size());
   return band;
 }
 
@@ -98,7 +92,7 @@ Result<std::vector<std::uint8_t>> write_band_symbols(const BandSymbols& band,
   if (!band.points.empty()) {
     if (const auto ok = check(band, count); !ok) return ok.error();
   }
-  if (std::ranges::all_of(band.points, [](const DetailPoint& p) { return p == kZero; })) {
+  if (is_zero(band)) {
     model.skip_band(place);
     return std::vector<std::uint8_t>();
   }
