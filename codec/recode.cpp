@@ -25,6 +25,39 @@ bool is_possible(Profile profile) {
   return profile == Profile::kBest || profile == Profile::kPaper;
 }
 
+Result<void> check_targets(const Prepared& prepared, const StepChoice& choice) {
+  if (choice.targets.empty()) return {};
+  const int levels = prepared.topology.level_count();
+  if (choice.targets.size() != static_cast<std::size_t>(levels) + 1)
+    return bad("a level has no target");
+  for (int j = 0; j <= levels; ++j) {
+    const auto& targets = choice.targets[static_cast<std::size_t>(j)];
+    const std::size_t count =
+        j == 0 ? prepared.topology.level(0).vertex_count : prepared.topology.band_size(j - 1);
+    const auto where = static_cast<std::size_t>(j);
+    const std::string level = "level " + std::to_string(j);
+    if (targets.size() != count)
+      return bad(level + " needs a target per vertex, " + std::to_string(count), where);
+    for (const Vec3& p : targets)
+      if (!p.allFinite()) return bad("a target of " + level + " is not finite", where);
+  }
+  return {};
+}
+
+/// Whether the base that is coded, the mesh's or the first target, has a place on its grid.
+Result<void> check_base(const Prepared& prepared, const StepChoice& choice) {
+  const auto& base =
+      choice.targets.empty() ? prepared.pyramid.base_positions : choice.targets.front();
+  const double most = static_cast<double>(kMaxGridCorner) * step_size(choice.steps[0]);
+  for (std::size_t v = 0; v < base.size(); ++v)
+    if (base[v].cwiseAbs().maxCoeff() > most)
+      return bad("the base's step is too fine for its coordinates", v);
+  const int bits = grid_bits_at(base, choice.steps[0]);
+  if (bits <= kMaxGridBits) return {};
+  return bad("the base's step asks for " + std::to_string(bits) + " bits per coordinate, " +
+             std::to_string(kMaxGridBits) + " are possible");
+}
+
 Result<void> check(const Prepared& prepared, const StepChoice& choice) {
   const auto levels = static_cast<std::size_t>(prepared.topology.level_count());
   if (!is_possible(choice.profile)) return bad("steps can be given to profiles best and paper");
@@ -36,26 +69,13 @@ Result<void> check(const Prepared& prepared, const StepChoice& choice) {
     const int step = choice.steps[i];
     if (i > 0 && step == kNotCoded) continue;
     if (step < -kMaxStepIndex || step > kMaxStepIndex)
-      return bad("a step's index must lie in -6400 .. 6400", i);
+      return bad("the index of step " + std::to_string(i) + " must lie in -6400 .. 6400", i);
   }
   if (!(choice.lambda >= 0) || !std::isfinite(choice.lambda)) return bad("lambda is no number");
   if (!(choice.theta_degrees >= 0) || choice.theta_degrees > 90)
     return bad("the cone's angle must lie in 0 .. 90 degrees");
-  const int bits = grid_bits_at(prepared.pyramid.base_positions, choice.steps[0]);
-  if (bits > kMaxGridBits)
-    return bad("the base's step asks for " + std::to_string(bits) + " bits per coordinate, " +
-               std::to_string(kMaxGridBits) + " are possible");
-  if (choice.targets.empty()) return {};
-  if (choice.targets.size() != levels + 1) return bad("a level has no target");
-  for (std::size_t j = 0; j <= levels; ++j) {
-    const auto level = static_cast<int>(j);
-    const std::size_t count =
-        j == 0 ? prepared.topology.level(0).vertex_count : prepared.topology.band_size(level - 1);
-    if (choice.targets[j].size() != count) return bad("a level needs a target per vertex", j);
-    for (const Vec3& p : choice.targets[j])
-      if (!p.allFinite()) return bad("a target is not finite", j);
-  }
-  return {};
+  if (const auto ok = check_targets(prepared, choice); !ok) return ok;
+  return check_base(prepared, choice);
 }
 
 Result<CodedGeometry> code(const Prepared& prepared, const StepChoice& choice) {

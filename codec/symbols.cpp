@@ -70,7 +70,7 @@ Result<std::vector<std::uint8_t>> write_paper_band(const entropy::BandSymbols& b
                                                    std::size_t count) {
   std::vector<std::uint8_t> none;
   if (band.points.empty()) return none;
-  if (band.points.size() != count) return bad("a band needs one point per detail");
+  if (band.points.size() != count) return bad("needs one point per detail");
   bool any = false;
   for (std::size_t e = 0; e < count; ++e) {
     for (const std::int32_t value : band.points[e]) {
@@ -146,7 +146,7 @@ Result<std::vector<std::uint8_t>> write_symbols(const StreamSymbols& symbols) {
   for (std::size_t v = 0; v < symbols.grid.size(); ++v)
     for (const std::int32_t g : symbols.grid[v])
       if (g < 0 || g >= (1 << header.grid_bits))
-        return bad("a base position lies outside of its grid of " +
+        return bad("base vertex " + std::to_string(v) + " lies outside of its grid of " +
                        std::to_string(header.grid_bits) + " bits",
                    v);
   if (symbols.bands.size() != header.bands.size()) return bad("a band is missing");
@@ -163,7 +163,7 @@ Result<std::vector<std::uint8_t>> write_symbols(const StreamSymbols& symbols) {
     auto payload = header.profile == Profile::kBest
                        ? entropy::write_band_symbols(band, place, model)
                        : write_paper_band(band, place.level->edges.size());
-    if (!payload) return payload.error();
+    if (!payload) return bad("band " + std::to_string(j) + ": " + payload.error().message, j);
     payloads.push_back(std::move(*payload));
     coarser_is_coded = is_coded;
   }
