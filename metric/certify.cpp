@@ -297,7 +297,6 @@ Result<Certified> certified_distance(const Scan& a, const Surface& surface_a, co
   OneWay forward(a, *surface_b, *beside, options, least_gap, context);
   result.a_to_b = finish(forward.run(), options, slack, least_gap);
   context.report("certify", 0.5);
-  // The other direction need not be finer than what is known of the larger of the two.
   OneWay backward(*beside, surface_a, a, options, least_gap, context);
   result.b_to_a = finish(backward.run(), options, slack, least_gap);
   context.report("certify", 1.0);
