@@ -37,7 +37,7 @@ struct Settings {
   int scans = 0, kills = 20, jobs = 0, rounds = 5, huge = 3, regular_percent = 75;
   unsigned seed = 1;
   bool corpus = true;
-  std::string max_memory = "4G", options;
+  std::string max_memory = "4G", options, leave_out;
 
   [[nodiscard]] int scans_or(int usual) const { return scans > 0 ? scans : usual; }
   [[nodiscard]] std::string options_or(const char* usual) const {
@@ -132,6 +132,7 @@ void make_archive(const Settings& settings, const fs::path& folder) {
   if (settings.corpus) {
     fs::create_directories(folder / "corpus");
     for (const std::string& mesh : corpus_meshes()) {
+      if (fs::path(mesh).filename() == settings.leave_out) continue;
       fs::copy(mesh, folder / "corpus", fs::copy_options::skip_existing);
       ++made;
     }
@@ -463,6 +464,7 @@ int main_of(int argc, char** argv) {
                  "For kill: how many of the small ones do not take the whole encoder")
       ->capture_default_str();
   app.add_flag("!--no-corpus", settings.corpus, "For kill: generated scans only");
+  app.add_option("--leave-out", settings.leave_out, "For kill: a file of the corpus");
   using Bench = int (*)(const Settings&, const fs::path&);
   const std::map<std::string, std::pair<Bench, const char*>> benches = {
       {"kill", {&bench_kill, "SIGKILL at random moments against an undisturbed run"}},
