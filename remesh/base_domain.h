@@ -33,7 +33,8 @@ struct BaseMesh {
   std::vector<Triangle> triangles;
   std::vector<Triangle> neighbors;
   std::vector<std::uint32_t> scan_vertex;
-  /// Where vertices are instead of where the map has their corners (face kNone: there); empty: none.
+  /// Where vertices are instead of where the map has their corners (face kNone: there); empty:
+  /// none.
   std::vector<SurfacePoint> moved = {};
 };
 

@@ -43,20 +43,29 @@ constexpr std::size_t kLeastPerBase = 5;
 /// The map that comes back through the proxy has kinks where its triangles meet.
 constexpr int kFinalRounds = 2;
 
+/// If more than this share of the squared error on the scan itself is at places that are missed, so
+/// many times the vertices are tried.
+constexpr double kMuchMissed = 0.2, kMoreForMissed = 1.5;
+/// Larger scans are not looked at again: it would take as long as the final piercing.
+constexpr std::size_t kMostLookedAt = 200'000;
+
 /// How much dearer one round makes the vertices where a trial is unhealthy.
 constexpr double kDearer = 8;
 
 struct TrialOptions {
   SimplifyOptions simplify;
   int levels = 0;  // of the final mesh; 0: not known
+  int useful = 0;  // see BaseSize
 };
 
+/// A map onto a base mesh, and what comes of it at a coarse level.
 struct Trial {
   TrialOptions options;
   Parameterisation map;  // without triangles if none could be made
   std::vector<std::uint32_t>
       unhealthy;  // per base triangle: not 0 where it folds or misses the scan
   double figure = std::numeric_limits<double>::infinity();
+  double far_share = 0;  ///< of the squared error, at places that are missed
 
   [[nodiscard]] bool made() const { return !map.base.triangles.empty(); }
 };
@@ -135,22 +144,15 @@ int trial_levels(const Scan& scan, const BaseMesh& base, int most) {
   return levels;
 }
 
-Trial attempt(const Scan& scan, const LineTree& tree, const TrialOptions& options,
-              const Importance& importance, const LevelPredictor& predict,
-              const RunContext& context) {
-  Trial trial;
-  trial.options = options;
-  auto map = simplify(scan, options.simplify, importance, context);
-  if (!map) return trial;
-  parameterise(scan, *map, context);
-  const std::size_t turned = relax(scan, *map, {}, context);
-  trial.map = std::move(*map);
-  const SurfaceMap surface_map(scan, trial.map);
+/// Pierces the trial's map and looks.
+void judge(const Scan& scan, const LineTree& tree, std::size_t turned,
+           const LevelPredictor& predict, const RunContext& context, Trial& trial) {
   PierceOptions pierce_options;
-  pierce_options.levels = trial_levels(scan, trial.map.base, options.levels);
-  const auto pierced = pierce(surface_map, trial.map, tree, predict, pierce_options, context);
+  pierce_options.levels = trial_levels(scan, trial.map.base, trial.options.levels);
+  const auto pierced =
+      pierce(SurfaceMap(scan, trial.map), trial.map, tree, predict, pierce_options, context);
   trial.unhealthy.assign(trial.map.base.triangles.size(), 0);
-  if (!pierced) return trial;
+  if (!pierced) return;
   const SemiRegularMesh& mesh = pierced->mesh;
   const auto topology =
       Topology::build(mesh.base_triangles, mesh.base_vertex_count, mesh.level_count);
@@ -160,12 +162,33 @@ Trial attempt(const Scan& scan, const LineTree& tree, const TrialOptions& option
   const double error = std::max(missed.rms(), distances(centroids(fine), tree, scan).rms());
   trial.unhealthy.assign(pierced->folds.begin(), pierced->folds.end());
   const double far = kFar * missed.rms();
-  for (std::size_t i = 0; i < missed.at.size(); ++i)
-    if (missed.at[i] > far) trial.unhealthy[trial.map.point[i * missed.step].face] = 1;
+  double far_error = 0, all_error = 0;
+  for (std::size_t i = 0; i < missed.at.size(); ++i) {
+    all_error += missed.at[i] * missed.at[i];
+    if (!(missed.at[i] > far)) continue;
+    far_error += missed.at[i] * missed.at[i];
+    trial.unhealthy[trial.map.point[i * missed.step].face] = 1;
+  }
+  trial.far_share = all_error > 0 ? far_error / all_error : 0;
   auto folds = static_cast<double>(turned);
   for (const BandReport& band : pierced->bands) folds += static_cast<double>(band.folded_triangles);
   trial.figure = error * std::pow(static_cast<double>(mesh.base_vertex_count), kErrorPerSize) *
                  (1 + kFoldPenalty * folds);
+}
+
+Trial attempt(const Scan& scan, const LineTree& tree, const TrialOptions& options,
+              const Importance& importance, const LevelPredictor& predict,
+              const RunContext& context) {
+  Trial trial;
+  trial.options = options;
+  auto map = simplify(scan, options.simplify, importance, context);
+  if (!map) return trial;
+  const std::size_t vertices = map->base.scan_vertex.size();
+  if (options.useful > 0 && vertices > static_cast<std::size_t>(options.useful)) return trial;
+  parameterise(scan, *map, context);
+  const std::size_t turned = relax(scan, *map, {}, context);
+  trial.map = std::move(*map);
+  judge(scan, tree, turned, predict, context, trial);
   return trial;
 }
 
@@ -205,6 +228,7 @@ Result<Trial> best_trial(const Scan& scan, const LineTree& tree, const BaseSize&
       [&](std::size_t i) {
         TrialOptions options;
         options.levels = levels;
+        options.useful = size.useful;
         options.simplify.base_vertices = size.vertices;
         options.simplify.least_vertices = size.least;
         options.simplify.most_vertices = size.most;
@@ -228,24 +252,26 @@ Result<Trial> best_trial(const Scan& scan, const LineTree& tree, const BaseSize&
   return std::move(best);
 }
 
-Result<Parameterisation> choose_on_proxy(const Scan& scan, const LineTree& tree,
-                                         std::size_t proxy_vertices, const BaseSize& size,
-                                         int levels, const LevelPredictor& predict,
-                                         const RunContext& context) {
-  if (scan.positions.size() <= proxy_vertices * 5 / 4) {
-    auto best = best_trial(scan, tree, size, levels, predict, context);
-    return best ? Result<Parameterisation>(std::move(best->map)) : best.error();
-  }
+/// On a proxy of about so many vertices if the scan has clearly more; then judged on the scan
+/// itself, where that decides about anything.
+Result<Trial> choose_on_proxy(const Scan& scan, const LineTree& tree, std::size_t proxy_vertices,
+                              const BaseSize& size, int levels, const LevelPredictor& predict,
+                              const RunContext& context) {
+  if (scan.positions.size() <= proxy_vertices * 5 / 4)
+    return best_trial(scan, tree, size, levels, predict, context);
   const auto proxy = make_proxy(scan, proxy_vertices, context);
   if (!proxy) return proxy.error();
   const LineTree proxy_tree(proxy->scan);
-  const auto best = best_trial(proxy->scan, proxy_tree, size, levels, predict, context);
+  auto best = best_trial(proxy->scan, proxy_tree, size, levels, predict, context);
   if (!best) return best.error();
-  Parameterisation map = through(*proxy, best->map);
+  best->map = through(*proxy, best->map);
   RelaxOptions relax_options;
   relax_options.rounds = kFinalRounds;
-  relax(scan, map, relax_options, context);
-  return map;
+  const std::size_t turned = relax(scan, best->map, relax_options, context);
+  best->far_share = 0;
+  if (size.vertices == 0 && scan.positions.size() <= kMostLookedAt)
+    judge(scan, tree, turned, predict, context, *best);
+  return best;
 }
 
 }  // namespace
@@ -253,14 +279,27 @@ Result<Parameterisation> choose_on_proxy(const Scan& scan, const LineTree& tree,
 Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, const BaseSize& size,
                                      int levels, const LevelPredictor& predict,
                                      const RunContext& context) {
-  const std::size_t proxy_vertices =
+  std::size_t proxy_vertices =
       std::max(kProxyVertices,
                kProxyPerBase * static_cast<std::size_t>(std::max(size.vertices, size.least)));
-  auto map = choose_on_proxy(scan, tree, proxy_vertices, size, levels, predict, context);
-  if (!map || kLeastPerBase * map->base.scan_vertex.size() <= proxy_vertices) return map;
-  // Many pieces or handles ask for more base vertices than the proxy can tell apart.
-  return choose_on_proxy(scan, tree, kProxyPerBase * map->base.scan_vertex.size(), size, levels,
-                         predict, context);
+  auto best = choose_on_proxy(scan, tree, proxy_vertices, size, levels, predict, context);
+  if (!best) return best.error();
+  if (kLeastPerBase * best->map.base.scan_vertex.size() > proxy_vertices) {
+    // Many pieces or handles ask for more base vertices than the proxy can tell apart.
+    proxy_vertices = kProxyPerBase * best->map.base.scan_vertex.size();
+    best = choose_on_proxy(scan, tree, proxy_vertices, size, levels, predict, context);
+    if (!best) return best.error();
+  }
+  // What the proxy does not have, such as a narrow pit, only the scan itself can tell.
+  const auto now = static_cast<double>(best->map.base.scan_vertex.size());
+  const int more = static_cast<int>(kMoreForMissed * now);
+  if (size.vertices > 0 || best->far_share < kMuchMissed || (size.most > 0 && more > size.most))
+    return std::move(best->map);
+  BaseSize larger = size;
+  larger.least = larger.most = more;
+  auto other = choose_on_proxy(scan, tree, proxy_vertices, larger, levels, predict, context);
+  if (!other) return other.error();
+  return std::move(other->figure < best->figure ? other->map : best->map);
 }
 
 }  // namespace nacre::remesh

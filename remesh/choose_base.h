@@ -9,9 +9,10 @@
 namespace nacre::remesh {
 
 /// How many vertices a base mesh shall have: `vertices`, or where that is 0 as many as
-/// SimplifyOptions::rms_error asks for, from `least` to `most` (0: no bound).
+/// SimplifyOptions::rms_error asks for, from `least` to `most` (0: no bound). A trial that ends
+/// with more than `useful` (0: no bound) is given up at once.
 struct BaseSize {
-  int vertices = 0, least = 0, most = 0;
+  int vertices = 0, least = 0, most = 0, useful = 0;
 };
 
 /// Simplifies with several settings, relaxes and pierces each to a low level, and returns the map
@@ -19,7 +20,7 @@ struct BaseSize {
 /// is best everywhere, and one bad base edge costs more than all the settings together.
 ///
 /// `levels` is what the mesh will have, 0 when that follows from the base: trials go no further.
-/// Errors   kCancelled.
+/// Errors   kCancelled; kNoConvergence: no trial was useful.
 [[nodiscard]] Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree,
                                                    const BaseSize& size, int levels,
                                                    const LevelPredictor& predict,

@@ -39,7 +39,8 @@ class Stopwatch {
 /// No triangle is larger than it would be if this many equal ones covered the scan.
 constexpr double kLeastTriangles = 20'000;
 
-/// Nor has the finest mesh fewer than this: creases come out a level later than curved parts.
+/// Nor has the finest mesh fewer than this: creases come out a level later than curved parts. Twice
+/// as many where no file's size says how fine is fine enough.
 constexpr std::size_t kLeastFineTriangles = 160'000;
 
 /// Nor is it asked for more than this many for each triangle of the scan.
@@ -48,7 +49,8 @@ constexpr std::size_t kMostPerScanTriangle = 16;
 /// Enough splits for the semi-regular mesh to have about four triangles for each one of the scan:
 /// from there on the remeshing error is below what any rate of interest leaves.
 int default_levels(std::size_t scan_triangles, std::size_t base_triangles, std::size_t asked) {
-  const std::size_t usual = std::max(scan_triangles * 5 / 2, kLeastFineTriangles);
+  const std::size_t least_fine = asked > 0 ? kLeastFineTriangles : 2 * kLeastFineTriangles;
+  const std::size_t usual = std::max(scan_triangles * 5 / 2, least_fine);
   const std::size_t most = std::max(scan_triangles * kMostPerScanTriangle, usual);
   const std::size_t least = std::clamp(asked, usual, most);
   int levels = 1;
@@ -150,6 +152,8 @@ std::size_t vertices_for_topology(const std::vector<PieceReport>& pieces) {
 /// Pieces, holes and handles come out well where the base has so many times the vertices that they
 /// need, if that is not more than a share of the scan's.
 constexpr std::size_t kPerTopology = 20, kScanPerBase = 25;
+/// And shapes of any kind come out well with so many, where nobody says that fewer shall do.
+constexpr std::size_t kWell = 480;
 
 BaseSize base_size(const Options& options, const std::vector<PieceReport>& pieces,
                    std::size_t scan_vertices) {
@@ -157,7 +161,9 @@ BaseSize base_size(const Options& options, const std::vector<PieceReport>& piece
   const std::size_t needed = vertices_for_topology(pieces);
   // As few as that would be bad everywhere.
   if (2 * needed > static_cast<std::size_t>(size.most)) size.most = 0;
-  std::size_t well = std::min(kPerTopology * needed, scan_vertices / kScanPerBase);
+  const bool is_free = options.least_base_vertices == 0 && options.most_base_vertices == 0;
+  std::size_t well = std::max(kPerTopology * needed, is_free ? kWell : 0);
+  well = std::min(well, scan_vertices / kScanPerBase);
   if (size.most > 0) well = std::min(well, static_cast<std::size_t>(size.most));
   size.least = std::max(size.least, static_cast<int>(well));
   return size;
@@ -177,7 +183,8 @@ MappedScan keep(CleanScan cleaned, int levels, const char* why) {
   return out;
 }
 
-Result<MappedScan> simplify_and_map(CleanScan cleaned, const Options& options,
+/// `useful`: see BaseSize.
+Result<MappedScan> simplify_and_map(CleanScan cleaned, const Options& options, int useful,
                                     const RunContext& context) {
   const std::size_t scan_triangles = cleaned.scan.triangles.size();
   const double side = side_for_count(cleaned.scan, kLeastTriangles);
@@ -187,7 +194,8 @@ Result<MappedScan> simplify_and_map(CleanScan cleaned, const Options& options,
   MappedScan out;
   const auto scan = std::make_shared<Scan>(std::move(cleaned.scan));
   out.tree = std::make_shared<const LineTree>(*scan);
-  const BaseSize size = base_size(options, cleaned.pieces, scan->positions.size());
+  BaseSize size = base_size(options, cleaned.pieces, scan->positions.size());
+  size.useful = useful;
   auto map = choose_base(*scan, *out.tree, size, options.levels, options.predict, context);
   if (!map) return map.error();
   out.map = std::move(*map);
@@ -216,16 +224,20 @@ Result<MappedScan> map_onto_base(CleanScan cleaned, const Options& options,
     return told(keep(std::move(*fewer), options.levels, ""));
   }
   CleanScan whole;
-  if (cleaned.scan.triangles.size() < static_cast<std::size_t>(kLeastTriangles)) whole = cleaned;
-  auto mapped = simplify_and_map(std::move(cleaned), options, context);
-  if (!mapped) return mapped.error();
-  const auto scan_vertices = static_cast<double>(whole.scan.positions.size());
-  if (options.base_vertices == 0 && scan_vertices > 0 &&
-      static_cast<double>(mapped->map.base.scan_vertex.size()) > kLeastGain * scan_vertices) {
+  int useful = 0;
+  if (options.base_vertices == 0 &&
+      cleaned.scan.triangles.size() < static_cast<std::size_t>(kLeastTriangles)) {
+    whole = cleaned;
+    useful = std::max(
+        1, static_cast<int>(kLeastGain * static_cast<double>(whole.scan.positions.size())));
+  }
+  auto mapped = simplify_and_map(std::move(cleaned), options, useful, context);
+  if (!mapped && useful > 0 && mapped.error().code == ErrorCode::kNoConvergence) {
     return told(keep(
         std::move(whole), std::max(options.levels, 1),
         "its own triangles are the base: the scan cannot be simplified to half of its vertices"));
   }
+  if (!mapped) return mapped.error();
   return told(std::move(*mapped));
 }
 

@@ -81,7 +81,8 @@ struct Options {
   int levels = 0;
   /// Vertices of the base mesh, all pieces together. 0: chosen from the scan, from
   /// least_base_vertices to most_base_vertices (0: no bound; nor where the scan has so many pieces,
-  /// holes and handles that they need half of it).
+  /// holes and handles that they need half of it). Without any bound at least 480, or one for 25 of
+  /// the scan's.
   int base_vertices = 0;
   int least_base_vertices = 0, most_base_vertices = 0;
   /// Where levels is 0: the finest mesh gets at least so many triangles, ...
