@@ -3,12 +3,30 @@
 
 #include <fmt/format.h>
 
+#include <span>
+
 #include "base/parallel.h"
+#include "bench/support.h"
 #include "codec/comparators.h"
 #include "io/write.h"
 
 namespace nacre::bench {
 namespace {
+
+constexpr double kTimeout = 900;
+
+/// Decodes and measures.
+void measure(const PreparedScan& scan, std::span<const std::uint8_t> bytes, std::size_t samples,
+             CodedPoint& out) {
+  const auto decoded = codec::decode(bytes, {.comparators = codec::decode_comparator_bands});
+  const auto distance = decoded ? distance_to_scan(scan, *decoded, samples)
+                                : Result<metric::Comparison>(decoded.error());
+  if (!distance) {
+    out.error = distance.error();
+    return;
+  }
+  out.point = rate_point(bytes.size(), *distance);
+}
 
 void code_point(const PreparedScan& scan, const SemiRegularMesh& mesh, std::size_t samples,
                 CodedPoint& out) {
@@ -20,15 +38,7 @@ void code_point(const PreparedScan& scan, const SemiRegularMesh& mesh, std::size
     out.error = encoded.error();
     return;
   }
-  const auto decoded =
-      codec::decode(encoded->bytes, {.comparators = codec::decode_comparator_bands});
-  const auto distance = decoded ? distance_to_scan(scan, *decoded, samples)
-                                : Result<metric::Comparison>(decoded.error());
-  if (!distance) {
-    out.error = distance.error();
-    return;
-  }
-  out.point = rate_point(encoded->bytes.size(), *distance);
+  measure(scan, encoded->bytes, samples, out);
   out.report = std::move(encoded->report);
 }
 
@@ -48,6 +58,30 @@ std::vector<CodedPoint> code_points(const PreparedScan& scan,
         code_point(scan, mesh, samples, points[i]);
       },
       1);
+  return points;
+}
+
+std::vector<CodedPoint> command_points(const PreparedScan& scan, const std::string& file,
+                                       const std::string& nacre,
+                                       const std::vector<std::size_t>& sizes, std::size_t samples) {
+  const TemporaryFolder folder;
+  const std::string coded = folder.path() / "coded.ncr";
+  std::vector<CodedPoint> points;
+  for (const std::size_t bytes : sizes) {
+    CodedPoint& point = points.emplace_back();
+    point.target_bytes = bytes;
+    const ChildRun run =
+        run_child({nacre, "encode", file, "-o", coded, "-f", "-q", "--size", std::to_string(bytes)},
+                  kTimeout);
+    const auto stream = run.ok()
+                            ? io::read_file(coded)
+                            : Error{ErrorCode::kNoConvergence, "nacre encode: " + run.outcome()};
+    if (!stream) {
+      point.error = stream.error();
+      continue;
+    }
+    measure(scan, *stream, samples, point);
+  }
   return points;
 }
 

@@ -29,6 +29,13 @@ struct CodedPoint {
                                                   std::size_t samples,
                                                   const std::vector<SemiRegularMesh>& meshes = {});
 
+/// Profile best at every size as `nacre encode --size` has it, with whatever mesh it takes.
+[[nodiscard]] std::vector<CodedPoint> command_points(const PreparedScan& scan,
+                                                     const std::string& file,
+                                                     const std::string& nacre,
+                                                     const std::vector<std::size_t>& sizes,
+                                                     std::size_t samples);
+
 /// The points of one profile without errors.
 [[nodiscard]] std::vector<RatePoint> curve_of(const std::vector<CodedPoint>& points,
                                               codec::Profile profile);

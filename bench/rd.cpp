@@ -31,7 +31,7 @@ struct Settings {
                                     "11.3k", "16k",  "22.6k", "32k",  "45k", "64k"};
   std::size_t samples = 1'000'000;
   CacheOptions cache;
-  std::string csv, svg;
+  std::string csv, svg, nacre = NACRE_COMMAND;
   bool has_peers = true;
 };
 
@@ -59,7 +59,8 @@ Result<MeshResult> run_mesh(const std::string& file, const Settings& settings,
   result.name = scan->name;
   result.is_closed = is_closed(scan->mesh);
   result.sizes = sizes;
-  // As `encode` does it: each size has its own mesh.
+  // Profile best is what the command makes of the scan. The others get the semi-regular mesh that
+  // it would take for the size.
   std::vector<SemiRegularMesh> meshes;
   for (const std::size_t bytes : sizes) {
     auto mesh = mesh_for_size(*scan, settings.cache, bytes);
@@ -69,12 +70,14 @@ Result<MeshResult> run_mesh(const std::string& file, const Settings& settings,
   fmt::print("\n### {}\n\n{} input vertices, {}; base meshes of {} to {} vertices\n\n", scan->name,
              scan->input_vertices, result.is_closed ? "closed" : "open",
              meshes.front().base_vertex_count, meshes.back().base_vertex_count);
-  std::vector<codec::Profile> profiles;
-  for (const std::string& name : settings.profiles)
-    profiles.push_back(*codec::profile_of_name(name));
-  result.coded = code_points(*scan, profiles, sizes, settings.samples, meshes);
-  for (const codec::Profile profile : profiles)
-    result.curves[std::string(codec::profile_name(profile))] = curve_of(result.coded, profile);
+  for (const std::string& name : settings.profiles) {
+    const codec::Profile profile = *codec::profile_of_name(name);
+    const auto points = profile == codec::Profile::kBest
+                            ? command_points(*scan, file, settings.nacre, sizes, settings.samples)
+                            : code_points(*scan, {profile}, sizes, settings.samples, meshes);
+    result.curves[name] = curve_of(points, profile);
+    result.coded.insert(result.coded.end(), points.begin(), points.end());
+  }
   if (settings.has_peers) {
     PeerOptions options;
     options.samples = settings.samples;
@@ -301,6 +304,7 @@ int main_of(int argc, char** argv) {
                "Take kept meshes even if the remesher has changed");
   app.add_option("--base-vertices", settings.cache.base_vertices, "0: as remesh chooses");
   app.add_option("--levels", settings.cache.levels, "0: as remesh chooses");
+  app.add_option("--nacre", settings.nacre, "The command")->capture_default_str();
   app.add_option("--csv", settings.csv, "Write all points here");
   app.add_option("--svg", settings.svg, "Write a picture per mesh into this folder");
   app.add_flag("!--no-peers", settings.has_peers, "Without simplification and Draco");
