@@ -35,6 +35,9 @@ constexpr double kFoldPenalty = 0.05;
 /// So many of the best trials are repaired, in so many rounds.
 constexpr std::size_t kRepaired = 2;
 constexpr int kRepairRounds = 3;
+/// With so many base vertices no single one spoils the mesh: half as many settings are tried, the
+/// best one is repaired once.
+constexpr int kManyVertices = 2000;
 
 /// Trials are made on a scan of about this many vertices, or so many for each base vertex.
 constexpr std::size_t kProxyVertices = 10'000, kProxyPerBase = 20;
@@ -219,7 +222,8 @@ void repair(const Scan& scan, const LineTree& tree, const LevelPredictor& predic
 
 Result<Trial> best_trial(const Scan& scan, const LineTree& tree, const BaseSize& size, int levels,
                          const LevelPredictor& predict, const RunContext& context) {
-  std::vector<Trial> trials(kSettings.size());
+  const bool is_large = std::max(size.vertices, size.least) >= kManyVertices;
+  std::vector<Trial> trials(is_large ? kSettings.size() / 2 : kSettings.size());
   // Progress is told by one of them: they run side by side.
   RunContext quiet = context;
   quiet.progress = nullptr;
@@ -239,7 +243,7 @@ Result<Trial> best_trial(const Scan& scan, const LineTree& tree, const BaseSize&
       1);
   const auto better = [](const Trial& a, const Trial& b) { return a.figure < b.figure; };
   std::stable_sort(trials.begin(), trials.end(), better);
-  trials.resize(kRepaired);
+  trials.resize(is_large ? 1 : kRepaired);
   parallel_for_each_index(
       trials.size(),
       [&](std::size_t i) {
