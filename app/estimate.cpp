@@ -13,20 +13,19 @@
 namespace nacre::app {
 namespace {
 
-// Measured on scans of 5,000 to 1,000,000 triangles, by --report's seconds and peak_bytes
-// (README.md). Remeshing goes with the scan; coding and measuring with the semi-regular mesh, whose
-// size goes in steps of four and is at least some 160,000 triangles.
+// Measured, see README.md here and in batch/. The fixed parts are what coding takes whatever the
+// scan; the semi-regular mesh grows in steps of four, so the bytes are those of scans whose finest
+// level is dense, and others take half of that or less.
 constexpr double kSecondsPerScan = 8, kSecondsPerTriangle = 1.5e-4;
 constexpr double kRemeshShare = 0.5;     // of the seconds
 constexpr double kParallelShare = 0.75;  // of the work, by Amdahl's law
-constexpr std::uint64_t kBytesPerScan = 350'000'000;
-constexpr std::uint64_t kBytesPerTriangle = 2'300, kBytesPerFurtherTriangle = 700;
-constexpr std::uint64_t kTrianglesAtFirstRate = 400'000;
+constexpr std::uint64_t kBytesPerScan = 350'000'000, kBytesPerTriangle = 2'300;
+constexpr std::uint64_t kMostTriangles = 1'000'000'000'000;  // a header may claim anything
 
 struct Estimate {
-  double seconds = 0;            // within a factor of about two on the machine it was measured on
-  std::uint64_t peak_bytes = 0;  // on the safe side for most scans
-  std::uint64_t triangles = 0;   // of the scan
+  double seconds = 0;
+  std::uint64_t peak_bytes = 0;
+  std::uint64_t triangles = 0;
 };
 
 int threads_of(const Common& common) {
@@ -37,12 +36,10 @@ int threads_of(const Common& common) {
 Estimate estimate_of(const InputFacts& input, bool codes, int threads) {
   Estimate out;
   out.triangles = input.faces;
-  out.seconds = kSecondsPerScan + kSecondsPerTriangle * static_cast<double>(input.faces);
+  out.seconds = expected_seconds(input.faces);
   if (!codes) out.seconds *= kRemeshShare;
   out.seconds *= 1 - kParallelShare + kParallelShare / std::max(threads, 1);
-  const std::uint64_t first = std::min(out.triangles, kTrianglesAtFirstRate);
-  out.peak_bytes = kBytesPerScan + kBytesPerTriangle * first +
-                   kBytesPerFurtherTriangle * (out.triangles - first);
+  out.peak_bytes = expected_peak_bytes(input.faces);
   return out;
 }
 
@@ -65,6 +62,14 @@ Result<void> check_memory(const Estimate& estimate, const Common& common, const 
 }
 
 }  // namespace
+
+double expected_seconds(std::uint64_t triangles) {
+  return kSecondsPerScan + kSecondsPerTriangle * static_cast<double>(triangles);
+}
+
+std::uint64_t expected_peak_bytes(std::uint64_t triangles) {
+  return kBytesPerScan + kBytesPerTriangle * std::min(triangles, kMostTriangles);
+}
 
 Result<bool> only_estimates(const Common& common, const InputFacts& input, bool codes) {
   const int threads = threads_of(common);

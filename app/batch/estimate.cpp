@@ -7,25 +7,13 @@
 #include <queue>
 #include <utility>
 
+#include "app/estimate.h"
+
 namespace nacre::app::batch {
-namespace {
 
-// Measured with --threads 1, see README.md. The fixed parts are what coding takes whatever the
-// scan; the semi-regular mesh grows in steps of four, so the bytes are those of scans whose finest
-// level is dense, and others take half of that or less.
-constexpr double kSecondsPerScan = 8, kSecondsPerTriangle = 1.5e-4;
-constexpr std::uint64_t kBytesPerScan = 350'000'000, kBytesPerTriangle = 2'300;
-constexpr std::uint64_t kMostTriangles = 1'000'000'000'000;  // a header may claim anything
+double estimated_seconds(const Item& item) { return expected_seconds(item.triangles); }
 
-}  // namespace
-
-double estimated_seconds(const Item& item) {
-  return kSecondsPerScan + kSecondsPerTriangle * static_cast<double>(item.triangles);
-}
-
-std::uint64_t estimated_bytes(const Item& item) {
-  return kBytesPerScan + kBytesPerTriangle * std::min(item.triangles, kMostTriangles);
-}
+std::uint64_t estimated_bytes(const Item& item) { return expected_peak_bytes(item.triangles); }
 
 std::vector<std::size_t> shard_items(const Manifest& manifest, int shard, int shard_count) {
   std::vector<std::size_t> order(manifest.items.size());

@@ -6,8 +6,7 @@
 
 #include "app/batch/manifest.h"
 
-/// What encoding a scan is expected to take, from its triangle count alone. The constants come from
-/// measurements, see README.md; they balance shards and keep memory, and touch no output.
+/// What encoding a scan is expected to take, from its triangle count alone (app/estimate.h).
 namespace nacre::app::batch {
 
 /// Seconds on one thread, within a factor of about three.
