@@ -171,6 +171,19 @@ TEST(Certify, RotatedAndFarAwaySurfacesKeepTheirDistance) {
   const Certified there = *certified_distance(far_a, far_b);
   EXPECT_NEAR(there.upper(), here.upper(), 1e-9 * here.bbox_diagonal);
   EXPECT_NEAR(there.lower(), here.lower(), 1e-9 * here.bbox_diagonal);
+
+  const auto turned = [](Scan scan) {
+    const double c = std::cos(0.7), s = std::sin(0.7);
+    for (Vec3& p : scan.positions) {
+      p = Vec3(c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]);
+      p = Vec3(p[0], c * p[1] - s * p[2], s * p[1] + c * p[2]);
+    }
+    return scan;
+  };
+  const Certified elsewhere = *certified_distance(turned(a), turned(b));
+  EXPECT_TRUE(elsewhere.within_tolerance());
+  EXPECT_LE(elsewhere.lower(), here.upper());  // bounds of one value overlap
+  EXPECT_LE(here.lower(), elsewhere.upper());
 }
 
 TEST(Certify, NonManifoldAndDegenerateFacesAreMeasuredAsTheyAre) {
