@@ -20,12 +20,15 @@ namespace {
 constexpr int kSmallerBases = 4;
 /// A goal that the usual mesh cannot reach is tried with that for so much larger a file.
 constexpr double kFiner = 6;
+/// So much is the most that it may bring: to the PSNR, and to that of the maximum error, which is
+/// where a mesh misses something.
+constexpr double kFinerGainDb = 12, kFinerMaximumGainDb = 4;
 /// What a vertex of a simplified mesh costs, about, and at least; the first ratio of trials of
 /// their number, and how many trials.
 constexpr double kBitsPerVertex = 30, kLeastBitsPerVertex = 22, kVertexRatio = 1.25;
 constexpr std::size_t kStrides = 7;
 constexpr int kParabolas = 3;
-constexpr int kShifts = 4;
+constexpr int kShifts = 8;
 constexpr double kShift = 0.99;
 /// Enough samples to see that a simplified mesh is hopeless, and how near hope it is then, dB.
 constexpr std::size_t kFewSamples = 50'000;
@@ -35,6 +38,10 @@ constexpr double kBitsForOwnTriangles = 12;
 
 bool has_size(const Goal& goal) {
   return goal.kind == Goal::Kind::kSize || goal.kind == Goal::Kind::kBitsPerInputVertex;
+}
+
+void add_remark(const char* remark, Coded& coded) {
+  coded.remark = coded.remark.empty() ? remark : fmt::format("{}; {}", coded.remark, remark);
 }
 
 /// Whether `other` serves the goal better; a file at all must be there.
@@ -131,6 +138,8 @@ class ScanCoder {
   Result<bool> try_simplified(Result<Coded>& coded);
   /// Whether a mesh of so many vertices, wherever they serve best, is as near as `coded`.
   Result<bool> is_simplified_near(const Coded& coded, const RemeshSettings& settings);
+  /// What a goal on an error still wants.
+  [[nodiscard]] double short_by_db(const Coded& nearest) const;
   [[nodiscard]] Error unreachable(const Coded& nearest) const;
   [[nodiscard]] Error too_small(const Error& error) const;
 
@@ -190,7 +199,18 @@ Result<bool> ScanCoder::try_smaller_bases(Result<Coded>& coded) {
   return true;
 }
 
+double ScanCoder::short_by_db(const Coded& nearest) const {
+  const Goal& goal = command_.goal;
+  if (goal.kind == Goal::Kind::kPsnr) return goal.value - nearest.distance.psnr_db;
+  const double wanted = goal.kind == Goal::Kind::kMaxErrorPercent
+                            ? goal.value / 100 * prepared_.input.bbox_diagonal
+                            : goal.value;
+  return 20 * std::log10(nearest.maximum_error() / wanted);
+}
+
 Result<bool> ScanCoder::try_finer_mesh(Result<Coded>& coded) {
+  const bool is_psnr = command_.goal.kind == Goal::Kind::kPsnr;
+  if (short_by_db(*coded) > (is_psnr ? kFinerGainDb : kFinerMaximumGainDb)) return false;
   const InputFacts& input = prepared_.input;
   const double usual = expected_bytes(command_.goal, input.goal_vertices, input.bbox_diagonal);
   return attempt(for_size(command_.remesh, kFiner * usual, input.goal_vertices), command_.goal,
@@ -206,8 +226,8 @@ Result<bool> ScanCoder::try_own_triangles(Result<Coded>& coded) {
   const auto taken = attempt(settings, command_.goal, coded, [&](const Result<Coded>& other) {
     return other && is_better(command_.goal, *other, *coded);
   });
-  if (taken && *taken && coded->remark.empty())
-    coded->remark = "so near the scan, its own triangles are the cheapest base mesh";
+  if (taken && *taken)
+    add_remark("so near the scan, its own triangles are the cheapest base mesh", *coded);
   return taken;
 }
 
@@ -263,8 +283,7 @@ Result<bool> ScanCoder::try_simplified(Result<Coded>& coded) {
     vertices *= kShift;
     if (const auto shifted = worth_of(std::log(vertices)); !shifted) return shifted.error();
   }
-  const char* why = "flat and sharp: a simplified mesh without levels is better";
-  coded->remark = coded->remark.empty() ? why : fmt::format("{}; {}", why, coded->remark);
+  add_remark("flat and sharp: a simplified mesh without levels is better", *coded);
   return true;
 }
 
@@ -315,6 +334,8 @@ Result<Coded> ScanCoder::run() {
   }
   if (!coded) return too_small(coded.error());
   if (!coded->reached) return unreachable(*coded);
+  if (command_.goal.kind == Goal::Kind::kPsnr && -short_by_db(*coded) > kPsnrTolerance)
+    add_remark("no smaller file was found that reaches it", *coded);
   return coded;
 }
 

@@ -37,7 +37,7 @@ constexpr double kBasePerRootByte = 3.6, kMostByRate = 480;
 constexpr double kBytesPerBaseVertex = 25.0 / 8, kMostBaseShare = 0.2;
 /// A base mesh with more than this share of the scan's vertices is none.
 constexpr double kMostOfScan = 1.0 / 8;
-constexpr double kTrianglesPerByte = 32;
+constexpr double kTrianglesPerByte = 33;
 
 }  // namespace
 

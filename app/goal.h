@@ -32,7 +32,7 @@ inline constexpr double kUsualMaximumPerRms = 20;
                                     double bbox_diagonal);
 
 /// The mesh for a file of about this size: a base of 3.6 sqrt(bytes) vertices up to 480, more if the
-/// shape asks for it and a fifth of the file can pay for it; 32 triangles for a byte on its finest
+/// shape asks for it and a fifth of the file can pay for it; 33 triangles for a byte on its finest
 /// level.
 /// Settings that the user made stay. (docs/decisions/0009-base-and-levels-by-rate.md)
 [[nodiscard]] RemeshSettings for_size(RemeshSettings settings, double bytes,

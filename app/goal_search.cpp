@@ -28,11 +28,14 @@ constexpr double kAim = 0.04;
 constexpr double kUsualSlope = 4.2;  // dB per unit of fineness
 constexpr double kLeastStride = 0.1, kMostStride = 3;
 constexpr int kMostTrials = 16;
-/// Brackets narrower than this are not searched any further.
-constexpr double kNarrow = 1.0 / 256;
+/// Brackets narrower than this are not searched any further; without levels there is one step only,
+/// of 32 in an octave.
+constexpr double kNarrow = 1.0 / 256, kNarrowWithoutLevels = 1.0 / 32;
 /// A unit of fineness that gains less than this, dB: the mesh itself is what is left.
 constexpr double kLeastSlope = 0.15;
 constexpr int kMostStalls = 2;
+/// This far from the goal a single one is enough, dB.
+constexpr double kFarDb = 3;
 /// No mesh has use for finer steps than this.
 constexpr double kFinest = 40;
 /// Samples miss the very maximum; so the first aim is this much below the goal, dB.
@@ -82,6 +85,10 @@ class Coder {
   Result<Coded> of_fineness(double fineness) const {
     if (has_steps()) return of_step(diagonal() * std::exp2(-fineness));
     return of_size(static_cast<std::uint64_t>(std::exp2(fineness)));
+  }
+  /// Finenesses closer together than this make about the same file.
+  [[nodiscard]] double narrow() const {
+    return has_steps() && mesh_.level_count == 0 ? kNarrowWithoutLevels : kNarrow;
   }
   /// The fineness that usually leads to a PSNR.
   [[nodiscard]] double usual_fineness(double psnr_db) const {
@@ -166,7 +173,8 @@ void LineSearch::note(Coded trial, double fineness, double db, double goal) {
   }
   if (!above_ && below_ && fineness > below_->fineness) {
     const double slope = (db - below_->db) / (fineness - below_->fineness);
-    stalls_ = slope < kLeastSlope && goal - db > slope ? stalls_ + 1 : 0;
+    const bool stalls = slope < kLeastSlope && goal - db > slope;
+    stalls_ = stalls ? stalls_ + (goal - db > kFarDb ? kMostStalls : 1) : 0;
   }
   if (!below_ || fineness > below_->fineness) below_ = End{fineness, db};
   if (!nearest_ || db > measure_(*nearest_)) nearest_ = std::move(trial);
@@ -189,7 +197,7 @@ Result<Coded> LineSearch::run(double goal, double fineness) {
     const bool is_smallest = best_ && !below_ && bytes == best_->encoded.bytes.size();
     note(std::move(*trial), fineness, db, goal);
     if (db >= goal && (db <= goal + kPsnrTolerance || is_smallest)) break;
-    if (below_ && above_ && above_->fineness - below_->fineness < kNarrow) break;
+    if (below_ && above_ && above_->fineness - below_->fineness < coder_.narrow()) break;
     if (below_ && !above_ && below_->fineness >= kFinest) break;
     fineness = next(goal) + (stalls_ > 0 ? 1 : 0);
   }

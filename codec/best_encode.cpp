@@ -77,6 +77,8 @@ class BestEncoder {
   Result<Trial> at_step();
   /// The best file of at most the target.
   Result<Trial> within_target();
+  /// Whether levels can aim at anything else than the mesh as it is.
+  [[nodiscard]] bool has_aims() const { return weights_ && prepared_.topology.level_count() > 0; }
   /// What levels should aim at, now that the steps are about known.
   void aim(double position);
   /// The best file of at most the target, from one that is, near `guess` if given.
@@ -249,7 +251,7 @@ Result<BestEncoder::Trial> BestEncoder::at_step() {
   const double position = std::clamp(kStepsPerOctave * std::log2(options_.step), finest_,
                                      std::max(finest_, coarsest_ + kStepsPerOctave));
   auto trial = make_trial(position);
-  if (!trial || !weights_ || position <= finest_) return trial;
+  if (!trial || !has_aims() || position <= finest_) return trial;
   if (context_.cancelled()) return encoding_cancelled();
   context_.report("choosing targets", 0.3);
   aim(position);
@@ -263,8 +265,8 @@ Result<BestEncoder::Trial> BestEncoder::within_target() {
   auto smallest = make_trial(coarsest_ + kStepsPerOctave);
   if (!smallest) return smallest.error();
   if (!fits(*smallest)) return base_too_large(smallest->bytes.size(), options_.target_bytes);
-  auto trial = search(*smallest, weights_ ? effort_.first_unused_share : effort_.unused_share);
-  if (!trial || !weights_ || trial->position <= finest_) return trial;
+  auto trial = search(*smallest, has_aims() ? effort_.first_unused_share : effort_.unused_share);
+  if (!trial || !has_aims() || trial->position <= finest_) return trial;
   aim(trial->position);
   if (context_.cancelled()) return encoding_cancelled();
   smallest = make_trial(coarsest_ + kStepsPerOctave);
