@@ -261,6 +261,9 @@ Run run_program(std::vector<std::string> words, const Watching& watching = {}) {
     return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
   };
   run.cpu_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
+  // What was computed after the last sample was not seen.
+  run.idle_machine_seconds =
+      std::max(run.idle_machine_seconds, run.cpu_seconds / std::thread::hardware_concurrency());
   run.killed = WIFSIGNALED(status);
   if (WIFEXITED(status)) run.exit_code = WEXITSTATUS(status);
   return run;
