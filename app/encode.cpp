@@ -150,7 +150,9 @@ Result<void> run_encode(const EncodeCommand& command, Console& console) {
   StageClock clock;
   Result<Prepared> prepared = read_input(command.scan, clock, console);
   if (!prepared) return prepared.error();
-  const Result<bool> enough = only_estimates(command.common, prepared->input, true);
+  const Result<bool> enough =
+      only_estimates(command.common, prepared->input, true,
+                     first_settings(command, prepared->input).least_triangles);
   if (!enough) return enough.error();
   if (*enough) return {};
   if (Result<void> ok = read_reference(command.reference, *prepared, console); !ok) return ok;

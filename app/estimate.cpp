@@ -20,6 +20,10 @@ constexpr double kSecondsPerScan = 8, kSecondsPerTriangle = 1.5e-4;
 constexpr double kRemeshShare = 0.5;     // of the seconds
 constexpr double kParallelShare = 0.75;  // of the work, by Amdahl's law
 constexpr std::uint64_t kBytesPerScan = 350'000'000, kBytesPerTriangle = 2'300;
+/// A level more than that is what a large goal can bring: up to four times what it asks for.
+constexpr std::uint64_t kBytesPerMesh = 100'000'000, kBytesPerFinest = 1'850;
+/// The remesher gives this many finest triangles for one of the scan in any case, and no goal more.
+constexpr double kUsualFinest = 2.5, kMostFinest = 16;
 constexpr std::uint64_t kMostTriangles = 1'000'000'000'000;  // a header may claim anything
 
 struct Estimate {
@@ -33,13 +37,13 @@ int threads_of(const Common& common) {
 }
 
 /// Of encode (`codes`) or remesh, from counts alone.
-Estimate estimate_of(const InputFacts& input, bool codes, int threads) {
+Estimate estimate_of(const InputFacts& input, bool codes, std::uint64_t finest, int threads) {
   Estimate out;
   out.triangles = input.faces;
-  out.seconds = expected_seconds(input.faces);
+  out.seconds = expected_seconds(input.faces, finest);
   if (!codes) out.seconds *= kRemeshShare;
   out.seconds *= 1 - kParallelShare + kParallelShare / std::max(threads, 1);
-  out.peak_bytes = expected_peak_bytes(input.faces);
+  out.peak_bytes = expected_peak_bytes(input.faces, finest);
   return out;
 }
 
@@ -63,17 +67,23 @@ Result<void> check_memory(const Estimate& estimate, const Common& common, const 
 
 }  // namespace
 
-double expected_seconds(std::uint64_t triangles) {
-  return kSecondsPerScan + kSecondsPerTriangle * static_cast<double>(triangles);
+double expected_seconds(std::uint64_t triangles, std::uint64_t finest) {
+  const auto scan = static_cast<double>(triangles);
+  const double asked = std::min(static_cast<double>(finest), kMostFinest * scan);
+  return kSecondsPerScan + kSecondsPerTriangle * std::max(scan, asked / kUsualFinest);
 }
 
-std::uint64_t expected_peak_bytes(std::uint64_t triangles) {
-  return kBytesPerScan + kBytesPerTriangle * std::min(triangles, kMostTriangles);
+std::uint64_t expected_peak_bytes(std::uint64_t triangles, std::uint64_t finest) {
+  triangles = std::min(triangles, kMostTriangles);
+  const auto most = static_cast<std::uint64_t>(kMostFinest) * triangles;
+  return std::max(kBytesPerScan + kBytesPerTriangle * triangles,
+                  kBytesPerMesh + kBytesPerFinest * std::min(finest, most));
 }
 
-Result<bool> only_estimates(const Common& common, const InputFacts& input, bool codes) {
+Result<bool> only_estimates(const Common& common, const InputFacts& input, bool codes,
+                            std::uint64_t finest) {
   const int threads = threads_of(common);
-  const Estimate estimate = estimate_of(input, codes, threads);
+  const Estimate estimate = estimate_of(input, codes, finest, threads);
   if (common.dry_run) {
     const std::string line = describe(estimate, input, threads) + "\n";
     std::fwrite(line.data(), 1, line.size(), stdout);
