@@ -144,9 +144,9 @@ void make_archive(const Settings& settings, const fs::path& folder) {
     const std::string name = fmt::format("scan{}.{}", i, endings[i % endings.size()]);
     if (i % 15 == 7) {
       write_broken(folder / "broken", i / 15, seed);
-    } else if (i == 100) {
+    } else if (i == 100 && settings.regular_percent < 100) {
       write_scan(folder / "large" / name, 1'000'000, seed);
-    } else if (i % 50 == 25) {
+    } else if (i % 50 == 25 && settings.regular_percent < 100) {
       write_scan(folder / "large" / name, 20'000 + random() % 80'000, seed);
     } else if (static_cast<int>(random() % 100) < settings.regular_percent) {
       // No STL: its corners are not joined before --semi-regular looks.
@@ -463,8 +463,9 @@ int main_of(int argc, char** argv) {
   app.add_option("--jobs", settings.jobs, "Of nacre batch; default: its own");
   app.add_option("--rounds", settings.rounds, "For overhead: how often")->capture_default_str();
   app.add_option("--huge", settings.huge, "For memory: how many of 1M")->capture_default_str();
-  app.add_option("--regular-percent", settings.regular_percent,
-                 "For kill: how many of the small ones do not take the whole encoder")
+  app.add_option(
+         "--regular-percent", settings.regular_percent,
+         "For kill: how many of the small ones do not take the whole encoder; 100: no large ones")
       ->capture_default_str();
   app.add_flag("!--no-corpus", settings.corpus, "For kill: generated scans only");
   app.add_option("--leave-out", settings.leave_out, "For kill: a file of the corpus");
