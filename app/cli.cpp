@@ -420,6 +420,7 @@ Result<Command> finish_encode(const Raw& raw, const StageParser& stages, EncodeC
   command.goal = goal->value_or(Goal{});
   command.profile = codec::profile_of_name(raw.profile).value_or(command.profile);
   if (raw.effort == "fast") command.effort = codec::Effort::kFast;
+  command.remesh.few_trials = raw.effort == "fast";
   // Certifying each level takes about as long as fast coding.
   if (raw.effort == "fast") command.level_table = LevelTableMode::kOff;
   if (raw.level_table == "on") command.level_table = LevelTableMode::kOn;

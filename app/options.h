@@ -42,7 +42,7 @@ struct RemeshSettings {
   // Not for the user to set: what the goal asks for. See remesh::Options.
   int least_base_vertices = 0, most_base_vertices = 0;
   std::size_t least_triangles = 0;
-  bool keep_triangles = false;
+  bool keep_triangles = false, few_trials = false;
   /// The input is a base mesh and its 1 to 4 splits, and is coded as it is.
   bool semi_regular = false;
 };

@@ -27,10 +27,11 @@ void set_stage_options(const RemeshSettings& settings, Dumper& dumper) {
   dumper.set_options(
       DumpStage::kBase,
       fmt::format("{{\"base_vertices\":{},\"least_base_vertices\":{},\"most_base_vertices\":{},"
-                  "\"levels\":{},\"least_triangles\":{},\"keep_triangles\":{}}}",
+                  "\"levels\":{},\"least_triangles\":{},\"keep_triangles\":{},\"few_trials\":{}}}",
                   settings.base_vertices, free_base ? settings.least_base_vertices : 0,
                   free_base ? settings.most_base_vertices : 0, settings.levels,
-                  free_levels ? settings.least_triangles : 0, settings.keep_triangles));
+                  free_levels ? settings.least_triangles : 0, settings.keep_triangles,
+                  settings.few_trials));
 }
 
 /// A run of the remesher that may begin in its middle and end before its end.
@@ -328,6 +329,7 @@ remesh::Options remesh_options(const RemeshSettings& settings) {
   options.most_base_vertices = settings.most_base_vertices;
   options.least_triangles = settings.least_triangles;
   options.keep_triangles = settings.keep_triangles;
+  options.few_trials = settings.few_trials;
   options.repair = settings.repair;
   options.predict = wavelet::predict;
   return options;

@@ -62,14 +62,14 @@ Result<MeshResult> run_mesh(const std::string& file, const Settings& settings,
   // Profile best is what the command makes of the scan. The others get the semi-regular mesh that
   // it would take for the size.
   std::vector<SemiRegularMesh> meshes;
-  for (const std::size_t bytes : sizes) {
-    auto mesh = mesh_for_size(*scan, settings.cache, bytes);
+  const bool has_others = settings.profiles != std::vector<std::string>{"best"};
+  for (std::size_t i = 0; i < sizes.size() && has_others; ++i) {
+    auto mesh = mesh_for_size(*scan, settings.cache, sizes[i]);
     if (!mesh) return mesh.error();
     meshes.push_back(std::move(*mesh));
   }
-  fmt::print("\n### {}\n\n{} input vertices, {}; base meshes of {} to {} vertices\n\n", scan->name,
-             scan->input_vertices, result.is_closed ? "closed" : "open",
-             meshes.front().base_vertex_count, meshes.back().base_vertex_count);
+  fmt::print("\n### {}\n\n{} input vertices, {}\n\n", scan->name, scan->input_vertices,
+             result.is_closed ? "closed" : "open");
   for (const std::string& name : settings.profiles) {
     const codec::Profile profile = *codec::profile_of_name(name);
     const auto points = profile == codec::Profile::kBest

@@ -222,8 +222,8 @@ void repair(const Scan& scan, const LineTree& tree, const LevelPredictor& predic
 
 Result<Trial> best_trial(const Scan& scan, const LineTree& tree, const BaseSize& size, int levels,
                          const LevelPredictor& predict, const RunContext& context) {
-  const bool is_large = std::max(size.vertices, size.least) >= kManyVertices;
-  std::vector<Trial> trials(is_large ? kSettings.size() / 2 : kSettings.size());
+  const bool few = size.few_trials || std::max(size.vertices, size.least) >= kManyVertices;
+  std::vector<Trial> trials(few ? kSettings.size() / 2 : kSettings.size());
   // Progress is told by one of them: they run side by side.
   RunContext quiet = context;
   quiet.progress = nullptr;
@@ -243,7 +243,7 @@ Result<Trial> best_trial(const Scan& scan, const LineTree& tree, const BaseSize&
       1);
   const auto better = [](const Trial& a, const Trial& b) { return a.figure < b.figure; };
   std::stable_sort(trials.begin(), trials.end(), better);
-  trials.resize(is_large ? 1 : kRepaired);
+  trials.resize(few ? 1 : kRepaired);
   parallel_for_each_index(
       trials.size(),
       [&](std::size_t i) {

@@ -196,6 +196,7 @@ Result<MappedScan> simplify_and_map(CleanScan cleaned, const Options& options, i
   out.tree = std::make_shared<const LineTree>(*scan);
   BaseSize size = base_size(options, cleaned.pieces, scan->positions.size());
   size.useful = useful;
+  size.few_trials = options.few_trials;
   auto map = choose_base(*scan, *out.tree, size, options.levels, options.predict, context);
   if (!map) return map.error();
   out.map = std::move(*map);

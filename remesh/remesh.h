@@ -92,6 +92,8 @@ struct Options {
   /// base_vertices if that is not 0; `levels` splits follow, also if that is 0. No fallback, as it
   /// was asked for.
   bool keep_triangles = false;
+  /// Fewer base meshes are tried: a third less time, about as good in the mean.
+  bool few_trials = false;
   RepairPolicy repair = RepairPolicy::kSafe;
   /// See clean(). 0: every piece is kept.
   double small_extent = kSmallExtent;
