@@ -6,6 +6,7 @@ cd "$(dirname "$0")"
 
 seconds() { echo "${SECONDS}s"; }
 ./scripts/install-packages.sh chromium  # for the test that opens a report in a browser
+./scripts/install-packages.sh slurm-wlm munge || echo "test.sh: no Slurm here, its test will be skipped"
 echo "building ..."
 if ! ./scripts/build.sh; then
   echo "test.sh: FAILED: the build ($(seconds))"
