@@ -202,10 +202,8 @@ Result<bool> ScanCoder::try_smaller_bases(Result<Coded>& coded) {
 double ScanCoder::short_by_db(const Coded& nearest) const {
   const Goal& goal = command_.goal;
   if (goal.kind == Goal::Kind::kPsnr) return goal.value - nearest.distance.psnr_db;
-  const double wanted = goal.kind == Goal::Kind::kMaxErrorPercent
-                            ? goal.value / 100 * prepared_.input.bbox_diagonal
-                            : goal.value;
-  return 20 * std::log10(nearest.maximum_error() / wanted);
+  return 20 *
+         std::log10(nearest.maximum_error() / allowed_error(goal, prepared_.input.bbox_diagonal));
 }
 
 Result<bool> ScanCoder::try_finer_mesh(Result<Coded>& coded) {

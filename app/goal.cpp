@@ -82,6 +82,10 @@ double usual_step(double psnr_db) {
   return std::exp2(-interpolate(&Usual::psnr_db, &Usual::fineness, psnr_db));
 }
 
+double allowed_error(const Goal& goal, double bbox_diagonal) {
+  return goal.kind == Goal::Kind::kMaxErrorPercent ? goal.value / 100 * bbox_diagonal : goal.value;
+}
+
 double expected_bytes(const Goal& goal, std::size_t input_vertices, double bbox_diagonal) {
   switch (goal.kind) {
     case Goal::Kind::kSize:
@@ -97,8 +101,7 @@ double expected_bytes(const Goal& goal, std::size_t input_vertices, double bbox_
       return usual_bytes(usual_step(goal.value));
     case Goal::Kind::kMaxError:
     case Goal::Kind::kMaxErrorPercent: {
-      const double share =
-          goal.kind == Goal::Kind::kMaxError ? goal.value / bbox_diagonal : goal.value / 100;
+      const double share = allowed_error(goal, bbox_diagonal) / bbox_diagonal;
       return usual_bytes(usual_step(20 * std::log10(kUsualMaximumPerRms / share)));
     }
   }

@@ -327,9 +327,8 @@ Result<Coded> code_for_goal(const EncodeCommand& command, const InputFacts& inpu
     case Goal::Kind::kPsnr:
       return reach_psnr(coder, goal.value, console);
     case Goal::Kind::kMaxError:
-      return reach_maximum(coder, reference, goal.value, console);
     case Goal::Kind::kMaxErrorPercent:
-      return reach_maximum(coder, reference, goal.value / 100 * coder.diagonal(), console);
+      return reach_maximum(coder, reference, allowed_error(goal, coder.diagonal()), console);
   }
   return Error{ErrorCode::kBadInput, "unknown goal"};
 }

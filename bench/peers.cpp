@@ -24,6 +24,7 @@
 #include "bench/support.h"
 #include "io/io.h"
 #include "io/write.h"
+#include "remesh/cgal_mesh.h"
 
 namespace nacre::bench {
 namespace {
@@ -61,23 +62,6 @@ Result<Mesh> to_cgal(const Scan& scan) {
   } catch (const std::exception& e) {
     return Error{ErrorCode::kBadInput, std::string("CGAL makes no mesh of the scan: ") + e.what()};
   }
-}
-
-Scan from_cgal(const Mesh& mesh) {
-  Scan scan;
-  std::vector<std::uint32_t> id(mesh.number_of_vertices() + mesh.number_of_removed_vertices());
-  for (const auto v : mesh.vertices()) {
-    id[v] = static_cast<std::uint32_t>(scan.positions.size());
-    const Point& p = mesh.point(v);
-    scan.positions.emplace_back(p.x(), p.y(), p.z());
-  }
-  for (const auto f : mesh.faces()) {
-    Triangle t{};
-    std::size_t k = 0;
-    for (const auto v : mesh.vertices_around_face(mesh.halfedge(f))) t[k++] = id[v];
-    scan.triangles.push_back(t);
-  }
-  return scan;
 }
 
 /// A mesh to be coded, and how far it is from the scan already.
@@ -154,7 +138,7 @@ class Sweep {
       namespace sms = CGAL::Surface_mesh_simplification;
       sms::edge_collapse(*mesh,
                          sms::Count_stop_predicate<Mesh>(static_cast<std::size_t>(3 * vertices)));
-      candidates_.push_back({from_cgal(*mesh), true, 0});
+      candidates_.push_back({remesh::scan_of(*mesh), true, 0});
     }
     std::vector<std::vector<PeerPoint>> found(candidates_.size());
     parallel_for_each_index(

@@ -302,8 +302,8 @@ Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, con
   BaseSize larger = size;
   larger.least = larger.most = more;
   auto other = choose_on_proxy(scan, tree, proxy_vertices, larger, levels, predict, context);
-  if (!other) return other.error();
-  return std::move(other->figure < best->figure ? other->map : best->map);
+  if (!other && other.error().code == ErrorCode::kCancelled) return other.error();
+  return std::move(other && other->figure < best->figure ? other->map : best->map);
 }
 
 }  // namespace nacre::remesh

@@ -13,8 +13,8 @@ namespace nacre::remesh {
 /// with more than `useful` (0: no bound) is given up at once.
 struct BaseSize {
   int vertices = 0, least = 0, most = 0, useful = 0;
-  bool few_trials =
-      false;  ///< half the settings, one repair; so it is anyway from 2,000 vertices on
+  /// Half the settings, one repair; so it is anyway from 2,000 vertices on.
+  bool few_trials = false;
 };
 
 /// Simplifies with several settings, relaxes and pierces each to a low level, and returns the map

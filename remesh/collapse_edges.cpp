@@ -2,11 +2,12 @@
 #include "remesh/collapse_edges.h"
 
 #include <CGAL/Simple_cartesian.h>
-#include <CGAL/Surface_mesh.h>
 #include <CGAL/Surface_mesh_simplification/edge_collapse.h>
 
 #include <exception>
 #include <string>
+
+#include "remesh/cgal_mesh.h"
 
 namespace nacre::remesh {
 namespace {
@@ -52,23 +53,13 @@ Result<Mesh> to_cgal(const CleanScan& cleaned) {
 
 /// Replaces scan and piece.
 void from_cgal(const Mesh& mesh, CleanScan& cleaned) {
+  const Vec3 origin = cleaned.scan.origin;
+  cleaned.scan = scan_of(mesh);
+  cleaned.scan.origin = origin;
   const PieceOf piece = mesh.property_map<Mesh::Vertex_index, std::uint32_t>("v:piece").first;
-  std::vector<std::uint32_t> id(mesh.number_of_vertices() + mesh.number_of_removed_vertices());
-  cleaned.scan.positions.clear();
-  for (const auto v : mesh.vertices()) {
-    id[v] = static_cast<std::uint32_t>(cleaned.scan.positions.size());
-    const Point& p = mesh.point(v);
-    cleaned.scan.positions.emplace_back(p.x(), p.y(), p.z());
-  }
-  cleaned.scan.triangles.clear();
   cleaned.piece.clear();
-  for (const auto f : mesh.faces()) {
-    Triangle t{};
-    std::size_t k = 0;
-    for (const auto v : mesh.vertices_around_face(mesh.halfedge(f))) t[k++] = id[v];
-    cleaned.scan.triangles.push_back(t);
+  for (const auto f : mesh.faces())
     cleaned.piece.push_back(piece[*mesh.vertices_around_face(mesh.halfedge(f)).begin()]);
-  }
 }
 
 }  // namespace

@@ -85,9 +85,9 @@ struct Options {
   /// the scan's.
   int base_vertices = 0;
   int least_base_vertices = 0, most_base_vertices = 0;
-  /// Where levels is 0: the finest mesh gets at least so many triangles, ...
+  /// Where levels is 0: the finest mesh gets at least so many triangles, if that is not more than
+  /// 16 for each one of the scan.
   std::size_t least_triangles = 0;
-  /// ... if that is not more than 16 for each one of the scan.
   /// The scan's own triangles are the base mesh, as they are after cleaning, or simplified to
   /// base_vertices if that is not 0; `levels` splits follow, also if that is 0. No fallback, as it
   /// was asked for.

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Surface_mesh.h>
 #include <CGAL/alpha_wrap_3.h>
 
 #include <cmath>
 #include <exception>
 
+#include "remesh/cgal_mesh.h"
 #include "remesh/remesh.h"
 
 namespace nacre::remesh {
@@ -25,19 +25,8 @@ Result<Scan> wrap(const Scan& piece, double alpha, double offset) {
   } catch (const std::exception& e) {
     return Error{ErrorCode::kNoConvergence, std::string("wrapping failed: ") + e.what(), 0};
   }
-  Scan out;
+  Scan out = scan_of(mesh);
   out.origin = piece.origin;
-  for (const auto v : mesh.vertices()) {
-    const Kernel::Point_3& p = mesh.point(v);
-    out.positions.emplace_back(p.x(), p.y(), p.z());
-  }
-  for (const auto f : mesh.faces()) {
-    Triangle t{};
-    std::size_t k = 0;
-    for (const auto v : mesh.vertices_around_face(mesh.halfedge(f)))
-      t[k++] = static_cast<std::uint32_t>(v.idx());
-    out.triangles.push_back(t);
-  }
   if (out.triangles.empty()) return Error{ErrorCode::kNoConvergence, "the wrap came out empty", 0};
   return out;
 }
