@@ -7,11 +7,13 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "app/files.h"
 #include "app/level_table.h"
 #include "app/sizes.h"
+#include "base/parallel.h"
 #include "codec/edit_stream.h"
 
 namespace nacre::app {
@@ -108,12 +110,6 @@ Result<void> climb(const F& f, double first, double most, double stride) {
   return {};
 }
 
-/// Bits per semi-regular vertex want such vertices; and other transforms are for comparisons.
-bool may_have_no_levels(const EncodeCommand& command) {
-  return command.goal.kind != Goal::Kind::kBitsPerSemiRegularVertex &&
-         command.transform == wavelet::Transform::kButterfly;
-}
-
 class ScanCoder {
  public:
   ScanCoder(const EncodeCommand& command, Prepared& prepared, const Reference& reference,
@@ -128,7 +124,10 @@ class ScanCoder {
 
  private:
   Result<Coded> code(const SemiRegularMesh& mesh, const Goal& goal);
-  /// Another mesh and its file; `prepared` changes only if `is_taken` of that file.
+  /// The mesh that `prepared` has; and, where that is known to be asked, simplified_psnr().
+  Result<Coded> code_first();
+  /// Another mesh and its file; `prepared` changes only if `is_taken` of that file, or of why there
+  /// is none. Errors   kCancelled.
   template <class IsTaken>
   Result<bool> attempt(const RemeshSettings& settings, const Goal& goal, Result<Coded>& coded,
                        const IsTaken& is_taken);
@@ -136,8 +135,17 @@ class ScanCoder {
   Result<bool> try_finer_mesh(Result<Coded>& coded);
   Result<bool> try_own_triangles(Result<Coded>& coded);
   Result<bool> try_simplified(Result<Coded>& coded);
-  /// Whether a mesh of so many vertices, wherever they serve best, is as near as `coded`.
-  Result<bool> is_simplified_near(const Coded& coded, const RemeshSettings& settings);
+  /// Whether a simplified mesh is worth a thought for a file of about so many bytes. Bits per
+  /// semi-regular vertex want such vertices; and other transforms are for comparisons.
+  [[nodiscard]] bool may_be_simplified(double bytes) const {
+    return !is_mesh_given(command_) &&
+           command_.goal.kind != Goal::Kind::kBitsPerSemiRegularVertex &&
+           command_.transform == wavelet::Transform::kButterfly &&
+           8 * bytes < kBitsPerVertex * static_cast<double>(prepared_.input.goal_vertices);
+  }
+  /// How near a simplified mesh of as many vertices as `bytes` can pay for is, about; none: there
+  /// is no such mesh.
+  std::optional<double> simplified_psnr(double bytes);
   /// What a goal on an error still wants.
   [[nodiscard]] double short_by_db(const Coded& nearest) const;
   [[nodiscard]] Error unreachable(const Coded& nearest) const;
@@ -148,6 +156,7 @@ class ScanCoder {
   const Reference& reference_;
   StageClock& clock_;
   Console& console_;
+  std::optional<double> simplified_psnr_;
 };
 
 Result<Coded> ScanCoder::code(const SemiRegularMesh& mesh, const Goal& goal) {
@@ -169,9 +178,9 @@ template <class IsTaken>
 Result<bool> ScanCoder::attempt(const RemeshSettings& settings, const Goal& goal,
                                 Result<Coded>& coded, const IsTaken& is_taken) {
   remesh::Remesh before = std::exchange(prepared_.remesh, {});
-  if (Result<void> ok = remesh_input(prepared_, settings, clock_, console_); !ok) return ok.error();
-  Result<Coded> other = code(prepared_.remesh.mesh, goal);
-  if (!other && other.error().code != ErrorCode::kGoalUnreachable) return other.error();
+  const Result<void> remeshed = remesh_input(prepared_, settings, clock_, console_);
+  Result<Coded> other = remeshed ? code(prepared_.remesh.mesh, goal) : remeshed.error();
+  if (!other && other.error().code == ErrorCode::kCancelled) return other.error();
   const bool taken = is_taken(other);
   if (taken) {
     coded = std::move(other);
@@ -192,7 +201,8 @@ Result<bool> ScanCoder::try_smaller_bases(Result<Coded>& coded) {
     settings.base_vertices =
         std::max(4, static_cast<int>(now * std::clamp(0.8 * target / needed, 0.1, 0.8)));
     const auto smaller = attempt(settings, command_.goal, coded, [&](const Result<Coded>& other) {
-      return other || other.error().where < coded.error().where;
+      return other || (other.error().code == ErrorCode::kGoalUnreachable &&
+                       other.error().where < coded.error().where);
     });
     if (!smaller || !*smaller) return smaller;
   }
@@ -229,18 +239,36 @@ Result<bool> ScanCoder::try_own_triangles(Result<Coded>& coded) {
   return taken;
 }
 
-Result<bool> ScanCoder::is_simplified_near(const Coded& coded, const RemeshSettings& settings) {
-  remesh::Remesh before = std::exchange(prepared_.remesh, {});
-  if (Result<void> ok = remesh_input(prepared_, settings, clock_, console_); !ok) return ok.error();
-  const remesh::Remesh simplified = std::exchange(prepared_.remesh, std::move(before));
-  const Result<TriangleMesh> mesh = to_triangles(simplified.mesh);
-  if (!mesh || !has_area(*mesh)) return false;
+std::optional<double> ScanCoder::simplified_psnr(double bytes) {
+  RemeshSettings settings = command_.remesh;
+  settings.keep_triangles = true;
+  settings.few_trials = true;
+  settings.base_vertices = std::max(4, static_cast<int>(8 * bytes / kLeastBitsPerVertex));
+  RunContext context = console_.context();
+  context.progress = nullptr;  // other work may go on
+  const auto simplified = remesh::remesh(prepared_.source(), remesh_options(settings), context);
+  if (!simplified) return std::nullopt;
+  const Result<TriangleMesh> mesh = to_triangles(simplified->mesh);
+  if (!mesh || !has_area(*mesh)) return std::nullopt;
   metric::Options sampling;
   sampling.samples = kFewSamples;
   const auto distance =
-      metric::compare(reference_.scan, reference_.surface, *mesh, sampling, console_.context());
-  if (!distance) return surface_error(distance.error(), command_.scan);
-  return distance->psnr_db > coded.distance.psnr_db - kHopelessDb;
+      metric::compare(reference_.scan, reference_.surface, *mesh, sampling, context);
+  if (!distance) return std::nullopt;
+  return distance->psnr_db;
+}
+
+Result<Coded> ScanCoder::code_first() {
+  Result<Coded> coded = Error{ErrorCode::kCancelled, "interrupted"};
+  const auto code_mesh = [&] { coded = code(prepared_.remesh.mesh, command_.goal); };
+  const InputFacts& input = prepared_.input;
+  const double bytes = expected_bytes(command_.goal, input.goal_vertices, input.bbox_diagonal);
+  if (has_size(command_.goal) && may_be_simplified(bytes)) {
+    in_parallel(code_mesh, [&] { simplified_psnr_ = simplified_psnr(bytes); });
+  } else {
+    code_mesh();
+  }
+  return coded;
 }
 
 Result<bool> ScanCoder::try_simplified(Result<Coded>& coded) {
@@ -267,9 +295,9 @@ Result<bool> ScanCoder::try_simplified(Result<Coded>& coded) {
     taken = taken || *better;
     return worth;
   };
-  if (first >= most) return false;
-  settings.base_vertices = static_cast<int>(8 * bytes / kLeastBitsPerVertex);
-  if (const auto near = is_simplified_near(*coded, settings); !near || !*near) return near;
+  if (!simplified_psnr_) simplified_psnr_ = simplified_psnr(bytes);
+  if (Result<void> go_on = check_cancelled(console_); !go_on) return go_on.error();
+  if (simplified_psnr_.value_or(0) <= coded->distance.psnr_db - kHopelessDb) return false;
   if (const auto peak = climb(worth_of, first, most, std::log(kVertexRatio)); !peak)
     return peak.error();
   if (!taken) return false;
@@ -309,7 +337,7 @@ Error ScanCoder::too_small(const Error& error) const {
 }
 
 Result<Coded> ScanCoder::run() {
-  Result<Coded> coded = code(prepared_.remesh.mesh, command_.goal);
+  Result<Coded> coded = code_first();
   const auto is_unreachable = [&] {
     return !coded && coded.error().code == ErrorCode::kGoalUnreachable;
   };
@@ -326,7 +354,8 @@ Result<Coded> ScanCoder::run() {
     if (coded && (!coded->reached || static_cast<double>(coded->encoded.bytes.size()) > worth)) {
       if (const auto tried = try_own_triangles(coded); !tried) return tried.error();
     }
-    if (coded && coded->reached && may_have_no_levels(command_)) {
+    if (coded && coded->reached &&
+        may_be_simplified(static_cast<double>(coded->encoded.bytes.size()))) {
       if (const auto tried = try_simplified(coded); !tried) return tried.error();
     }
   }

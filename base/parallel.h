@@ -3,6 +3,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -18,6 +19,12 @@ void parallel_for_each_index(std::size_t count, const Body& body, std::size_t gr
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
                     });
+}
+
+/// Calls both, at the same time where a thread is free; they must not write what the other reads.
+template <class One, class Other>
+void in_parallel(const One& one, const Other& other) {
+  tbb::parallel_invoke(one, other);
 }
 
 /// Σ term(i) for i in [0, count) over a fixed partition: the same bits at any thread count.

@@ -36,7 +36,7 @@ struct Effort {
   double unused_share, first_unused_share;
   int shrinking_rounds;  ///< of sparse_targets()
 };
-constexpr Effort kNormalEffort = {1.0 / 400, 1.0 / 16, 40}, kFastEffort = {1.0 / 100, 1.0 / 6, 12};
+constexpr Effort kNormalEffort = {1.0 / 400, 1.0 / 16, 40}, kFastEffort = {1.0 / 200, 1.0 / 6, 12};
 
 class BestEncoder {
  public:

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "remesh/cgal_mesh.h"
+#include "remesh/simplify.h"
 
 namespace nacre::remesh {
 namespace {
@@ -62,6 +63,23 @@ void from_cgal(const Mesh& mesh, CleanScan& cleaned) {
     cleaned.piece.push_back(piece[*mesh.vertices_around_face(mesh.halfedge(f)).begin()]);
 }
 
+/// Replaces scan and piece by a base mesh of the scan.
+void keep_vertices(const BaseMesh& base, CleanScan& cleaned) {
+  std::vector<std::uint32_t> piece_of(cleaned.scan.positions.size());
+  for (std::size_t f = 0; f < cleaned.piece.size(); ++f)
+    for (const std::uint32_t v : cleaned.scan.triangles[f]) piece_of[v] = cleaned.piece[f];
+  std::vector<Vec3> positions;
+  for (const std::uint32_t v : base.scan_vertex) positions.push_back(cleaned.scan.positions[v]);
+  cleaned.piece.clear();
+  for (const Triangle& t : base.triangles)
+    cleaned.piece.push_back(piece_of[base.scan_vertex[t[0]]]);
+  cleaned.scan.positions = std::move(positions);
+  cleaned.scan.triangles = base.triangles;
+}
+
+/// So many times the vertices asked for err little against so few.
+constexpr int kRoughShare = 4;
+
 }  // namespace
 
 Result<CleanScan> collapse_edges(CleanScan cleaned, int vertices, const RunContext& context) {
@@ -76,6 +94,19 @@ Result<CleanScan> collapse_edges(CleanScan cleaned, int vertices, const RunConte
   if (context.cancelled()) return Error{ErrorCode::kCancelled, "interrupted", 0};
   from_cgal(*mesh, cleaned);
   return cleaned;
+}
+
+Result<CleanScan> collapse_edges_quickly(CleanScan cleaned, int vertices,
+                                         const RunContext& context) {
+  if (cleaned.scan.positions.size() > 2 * kRoughShare * static_cast<std::size_t>(vertices)) {
+    SimplifyOptions options;
+    options.base_vertices = kRoughShare * vertices;
+    options.chords = false;
+    const auto map = simplify(cleaned.scan, options, {}, context);
+    if (!map) return map.error();
+    keep_vertices(map->base, cleaned);
+  }
+  return collapse_edges(std::move(cleaned), vertices, context);
 }
 
 }  // namespace nacre::remesh

@@ -62,6 +62,33 @@ TEST(CollapseEdges, VerticesGoWhereTheyServeTheSurfaceBest) {
   EXPECT_NEAR(volume(after->scan) / volume(ball), 1, 0.002);
 }
 
+TEST(CollapseEdgesQuickly, KeepsTopologyAndPieces) {
+  for (const auto& [name, scan] : testing::scans_of_all_kinds()) {
+    SCOPED_TRACE(name);
+    const CleanScan before = cleaned(scan);
+    const auto after = collapse_edges_quickly(before, 20, {});
+    ASSERT_TRUE(after.has_value()) << after.error().message;
+    const ManifoldFacts was = facts_of(before.scan), is = facts_of(after->scan);
+    EXPECT_EQ(is.defect, "");
+    EXPECT_EQ(is.pieces, was.pieces);
+    EXPECT_EQ(is.boundary_loops, was.boundary_loops);
+    EXPECT_EQ(is.genus, was.genus);
+    ASSERT_EQ(after->piece.size(), after->scan.triangles.size());
+    for (std::size_t f = 0; f < after->piece.size(); ++f)
+      ASSERT_LT(after->piece[f], before.pieces.size());
+  }
+}
+
+TEST(CollapseEdgesQuickly, IsNearlyAsGood) {
+  const Scan ball = sphere(6);
+  const auto well = collapse_edges(cleaned(ball), 150, {});
+  const auto quickly = collapse_edges_quickly(cleaned(ball), 150, {});
+  ASSERT_TRUE(well.has_value() && quickly.has_value());
+  EXPECT_NE(well->scan.positions, quickly->scan.positions);
+  EXPECT_EQ(well->scan.positions.size(), quickly->scan.positions.size());
+  EXPECT_NEAR(volume(quickly->scan) / volume(ball), 1, 0.02);
+}
+
 TEST(CollapseEdges, StopsWhenCancelled) {
   const std::atomic<bool> cancel{true};
   RunContext context;
