@@ -123,7 +123,8 @@ class ScanCoder {
   Result<Coded> run();
 
  private:
-  Result<Coded> code(const SemiRegularMesh& mesh, const Goal& goal);
+  Result<Coded> code(const SemiRegularMesh& mesh, const Goal& goal,
+                     std::size_t useful_bytes = std::numeric_limits<std::size_t>::max());
   /// The mesh that `prepared` has; and, where that is known to be asked, simplified_psnr().
   Result<Coded> code_first();
   /// Another mesh and its file; `prepared` changes only if `is_taken` of that file, or of why there
@@ -159,7 +160,8 @@ class ScanCoder {
   std::optional<double> simplified_psnr_;
 };
 
-Result<Coded> ScanCoder::code(const SemiRegularMesh& mesh, const Goal& goal) {
+Result<Coded> ScanCoder::code(const SemiRegularMesh& mesh, const Goal& goal,
+                              std::size_t useful_bytes) {
   const Reserve reserve = [&](std::uint64_t target, int levels) {
     const std::size_t table =
         reserved_table_bytes(command_.level_table, command_.profile, levels, target);
@@ -169,7 +171,7 @@ Result<Coded> ScanCoder::code(const SemiRegularMesh& mesh, const Goal& goal) {
   EncodeCommand command = command_;
   command.goal = goal;
   Result<Coded> coded =
-      code_for_goal(command, prepared_.input, mesh, reference_, reserve, console_);
+      code_for_goal(command, prepared_.input, mesh, reference_, reserve, console_, useful_bytes);
   clock_.finish("encode");
   return coded;
 }
@@ -179,7 +181,9 @@ Result<bool> ScanCoder::attempt(const RemeshSettings& settings, const Goal& goal
                                 Result<Coded>& coded, const IsTaken& is_taken) {
   remesh::Remesh before = std::exchange(prepared_.remesh, {});
   const Result<void> remeshed = remesh_input(prepared_, settings, clock_, console_);
-  Result<Coded> other = remeshed ? code(prepared_.remesh.mesh, goal) : remeshed.error();
+  const std::size_t useful = coded && coded->reached ? coded->encoded.bytes.size()
+                                                     : std::numeric_limits<std::size_t>::max();
+  Result<Coded> other = remeshed ? code(prepared_.remesh.mesh, goal, useful) : remeshed.error();
   if (!other && other.error().code == ErrorCode::kCancelled) return other.error();
   const bool taken = is_taken(other);
   if (taken) {
@@ -286,10 +290,11 @@ Result<bool> ScanCoder::try_simplified(Result<Coded>& coded) {
     settings.base_vertices = std::max(4, static_cast<int>(std::exp(log_vertices)));
     double worth = -std::numeric_limits<double>::infinity();
     const auto better = attempt(settings, goal, coded, [&](const Result<Coded>& other) {
-      if (!other || !other->reached) return false;
-      worth = has_size(goal) ? other->distance.psnr_db
-                             : -static_cast<double>(other->encoded.bytes.size());
-      return is_better(goal, *other, *coded);
+      if (!other) return false;
+      const std::size_t size = other->encoded.bytes.size();
+      if (other->reached || size >= coded->encoded.bytes.size())
+        worth = has_size(goal) ? other->distance.psnr_db : -static_cast<double>(size);
+      return other->reached && is_better(goal, *other, *coded);
     });
     if (!better) return better.error();
     taken = taken || *better;

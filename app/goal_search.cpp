@@ -29,12 +29,13 @@ constexpr double kUsualSlope = 4.2;  // dB per unit of fineness
 constexpr double kLeastStride = 0.1, kMostStride = 3;
 constexpr int kMostTrials = 16;
 /// Brackets narrower than this are not searched any further; without levels there is one step only,
-/// of 32 in an octave.
-constexpr double kNarrow = 1.0 / 256, kNarrowWithoutLevels = 1.0 / 32;
+/// of 32 in an octave, and nothing between two of them.
+constexpr double kNarrow = 1.0 / 256, kStepWithoutLevels = 1.0 / 32;
 /// A unit of fineness that gains less than this, dB: the mesh itself is what is left.
 constexpr double kLeastSlope = 0.15;
 constexpr int kMostStalls = 2;
-/// This far from the goal a single one is enough, dB.
+/// This far from the goal a single one is enough, dB. Without levels the mesh is not what is left,
+/// and a coarse step may happen to do better than a finer one.
 constexpr double kFarDb = 3;
 /// No mesh has use for finer steps than this.
 constexpr double kFinest = 40;
@@ -70,6 +71,7 @@ class Coder {
   }
 
   [[nodiscard]] bool has_steps() const { return options_.profile == codec::Profile::kBest; }
+  [[nodiscard]] bool has_levels() const { return mesh_.level_count > 0; }
   [[nodiscard]] double diagonal() const { return reference_.surface.bbox_diagonal(); }
 
   Result<Coded> of_size(std::uint64_t bytes) const {
@@ -88,7 +90,7 @@ class Coder {
   }
   /// Finenesses closer together than this make about the same file.
   [[nodiscard]] double narrow() const {
-    return has_steps() && mesh_.level_count == 0 ? kNarrowWithoutLevels : kNarrow;
+    return has_steps() && !has_levels() ? 1.5 * kStepWithoutLevels : kNarrow;
   }
   /// The fineness that usually leads to a PSNR.
   [[nodiscard]] double usual_fineness(double psnr_db) const {
@@ -128,8 +130,10 @@ double maximum_psnr_of(const Coded& coded) {
 /// The smallest file of at least so many dB.
 class LineSearch {
  public:
-  LineSearch(const Coder& coder, double (*measure)(const Coded&), Console& console)
-      : coder_(coder), measure_(measure), console_(console) {}
+  /// It ends where a file of `useful_bytes` does not reach the goal.
+  LineSearch(const Coder& coder, double (*measure)(const Coded&), std::size_t useful_bytes,
+             Console& console)
+      : coder_(coder), measure_(measure), useful_bytes_(useful_bytes), console_(console) {}
 
   /// From a first guess. `reached` says whether it worked; if not, the result is the nearest.
   Result<Coded> run(double goal, double fineness);
@@ -143,6 +147,7 @@ class LineSearch {
 
   const Coder& coder_;
   double (*measure_)(const Coded&);
+  std::size_t useful_bytes_;
   Console& console_;
   std::optional<End> below_, above_;  // nearest finenesses that do not and that do reach the goal
   std::optional<Coded> best_, nearest_;
@@ -153,7 +158,10 @@ double LineSearch::next(double goal) const {
   const double aim = goal + kAim;
   if (below_ && above_) {
     const double share = (aim - below_->db) / std::max(above_->db - below_->db, 1e-9);
-    return below_->fineness + (above_->fineness - below_->fineness) * std::clamp(share, 0.1, 0.9);
+    const double gap = above_->fineness - below_->fineness;
+    const double unit = coder_.has_steps() && !coder_.has_levels() ? kStepWithoutLevels : 0;
+    const double least = std::max(0.1 * gap, unit);
+    return below_->fineness + std::clamp(share * gap, least, std::max(gap - least, least));
   }
   if (below_)
     return std::min(
@@ -174,7 +182,8 @@ void LineSearch::note(Coded trial, double fineness, double db, double goal) {
   if (!above_ && below_ && fineness > below_->fineness) {
     const double slope = (db - below_->db) / (fineness - below_->fineness);
     const bool stalls = slope < kLeastSlope && goal - db > slope;
-    stalls_ = stalls ? stalls_ + (goal - db > kFarDb ? kMostStalls : 1) : 0;
+    const bool is_hopeless = goal - db > kFarDb && coder_.has_levels();
+    stalls_ = stalls ? stalls_ + (is_hopeless ? kMostStalls : 1) : 0;
   }
   if (!below_ || fineness > below_->fineness) below_ = End{fineness, db};
   if (!nearest_ || db > measure_(*nearest_)) nearest_ = std::move(trial);
@@ -197,17 +206,19 @@ Result<Coded> LineSearch::run(double goal, double fineness) {
     const bool is_smallest = best_ && !below_ && bytes == best_->encoded.bytes.size();
     note(std::move(*trial), fineness, db, goal);
     if (db >= goal && (db <= goal + kPsnrTolerance || is_smallest)) break;
+    if (db < goal && bytes >= useful_bytes_) break;
     if (below_ && above_ && above_->fineness - below_->fineness < coder_.narrow()) break;
     if (below_ && !above_ && below_->fineness >= kFinest) break;
-    fineness = next(goal) + (stalls_ > 0 ? 1 : 0);
+    fineness = next(goal) + (stalls_ > 0 && !above_ ? 1 : 0);
   }
   if (best_) return std::move(*best_);
   nearest_->reached = false;
   return std::move(*nearest_);
 }
 
-Result<Coded> reach_psnr(const Coder& coder, double goal, Console& console) {
-  LineSearch search(coder, psnr_of, console);
+Result<Coded> reach_psnr(const Coder& coder, double goal, std::size_t useful_bytes,
+                         Console& console) {
+  LineSearch search(coder, psnr_of, useful_bytes, console);
   Result<Coded> coded = search.run(goal, coder.usual_fineness(goal));
   if (!coded || coded->reached) return coded;
   coded->remark = fmt::format("{:.2f} dB of the {:g} asked for", coded->distance.psnr_db, goal);
@@ -215,12 +226,12 @@ Result<Coded> reach_psnr(const Coder& coder, double goal, Console& console) {
 }
 
 Result<Coded> reach_maximum(const Coder& coder, const Reference& reference, double goal,
-                            Console& console) {
+                            std::size_t useful_bytes, Console& console) {
   double aim = decibels(coder.diagonal() / goal) + kMissed;
   double fineness = coder.usual_fineness(aim + decibels(kUsualMaximumPerRms));
   Result<Coded> coded = Error{ErrorCode::kNoConvergence, "no trial"};
   for (int proof = 0; proof < kMostProofs; ++proof) {
-    LineSearch search(coder, maximum_psnr_of, console);
+    LineSearch search(coder, maximum_psnr_of, useful_bytes, console);
     coded = search.run(aim, fineness);
     if (!coded || !coded->reached) break;
     Result<metric::Certified> certified = certify(reference, *coded, console, goal);
@@ -308,7 +319,7 @@ Result<metric::Certified> certify(const Reference& reference, const Coded& coded
 
 Result<Coded> code_for_goal(const EncodeCommand& command, const InputFacts& input,
                             const SemiRegularMesh& mesh, const Reference& reference,
-                            const Reserve& reserve, Console& console) {
+                            const Reserve& reserve, Console& console, std::size_t useful_bytes) {
   const Coder coder(command, mesh, reference, console);
   const Goal& goal = command.goal;
   const auto of_size = [&](std::uint64_t bytes) {
@@ -323,12 +334,13 @@ Result<Coded> code_for_goal(const EncodeCommand& command, const InputFacts& inpu
       return of_size(bytes_of(goal.value, mesh.positions.size()));
     case Goal::Kind::kQuality:
       if (coder.has_steps()) return coder.of_step(coder.diagonal() * step_of_quality(goal.value));
-      return reach_psnr(coder, usual_psnr_db(step_of_quality(goal.value)), console);
+      return reach_psnr(coder, usual_psnr_db(step_of_quality(goal.value)), useful_bytes, console);
     case Goal::Kind::kPsnr:
-      return reach_psnr(coder, goal.value, console);
+      return reach_psnr(coder, goal.value, useful_bytes, console);
     case Goal::Kind::kMaxError:
     case Goal::Kind::kMaxErrorPercent:
-      return reach_maximum(coder, reference, allowed_error(goal, coder.diagonal()), console);
+      return reach_maximum(coder, reference, allowed_error(goal, coder.diagonal()), useful_bytes,
+                           console);
   }
   return Error{ErrorCode::kBadInput, "unknown goal"};
 }

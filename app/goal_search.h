@@ -42,13 +42,15 @@ struct Coded {
 using Reserve = std::function<std::size_t(std::uint64_t target_bytes, int levels)>;
 
 /// The file for a goal, or with `reached` false the nearest that this mesh allows. A PSNR is met
-/// within 0.1 dB and a maximum error is certified, both by search; a size holds by itself.
+/// within 0.1 dB and a maximum error is certified, both by search; a size holds by itself. A search
+/// ends where a file of `useful_bytes` does not reach the goal: then that is the nearest.
 ///
 /// Errors   kGoalUnreachable: not even the base mesh fits; `where` is the size it needs. Others as
 ///          codec::encode, metric::compare; kCancelled.
-[[nodiscard]] Result<Coded> code_for_goal(const EncodeCommand& command, const InputFacts& input,
-                                          const SemiRegularMesh& mesh, const Reference& reference,
-                                          const Reserve& reserve, Console& console);
+[[nodiscard]] Result<Coded> code_for_goal(
+    const EncodeCommand& command, const InputFacts& input, const SemiRegularMesh& mesh,
+    const Reference& reference, const Reserve& reserve, Console& console,
+    std::size_t useful_bytes = std::numeric_limits<std::size_t>::max());
 
 /// The same for what was coded already.
 [[nodiscard]] Result<Coded> measured(const EncodeCommand& command, Result<codec::Encoded> encoded,
