@@ -34,11 +34,13 @@ constexpr double kNarrow = 1.0 / 256, kStepWithoutLevels = 1.0 / 32;
 /// A unit of fineness that gains less than this, dB: the mesh itself is what is left.
 constexpr double kLeastSlope = 0.15;
 constexpr int kMostStalls = 2;
-/// This far from the goal a single one is enough, dB. Without levels the mesh is not what is left,
-/// and a coarse step may happen to do better than a finer one.
+/// This far from the goal a single one is enough, dB; not without levels, where a coarse step may
+/// happen to do better than a finer one.
 constexpr double kFarDb = 3;
 /// No mesh has use for finer steps than this.
 constexpr double kFinest = 40;
+/// A corner of a cube of one step against its mean.
+constexpr double kRoundingMaximumPerRms = 3;
 /// Samples miss the very maximum; so the first aim is this much below the goal, dB.
 constexpr double kMissed = 0.1;
 constexpr int kMostProofs = 8;
@@ -71,7 +73,8 @@ class Coder {
   }
 
   [[nodiscard]] bool has_steps() const { return options_.profile == codec::Profile::kBest; }
-  [[nodiscard]] bool has_levels() const { return mesh_.level_count > 0; }
+  /// Without levels the step is that of the coordinates.
+  [[nodiscard]] bool is_rounded_only() const { return has_steps() && mesh_.level_count == 0; }
   [[nodiscard]] double diagonal() const { return reference_.surface.bbox_diagonal(); }
 
   Result<Coded> of_size(std::uint64_t bytes) const {
@@ -90,10 +93,19 @@ class Coder {
   }
   /// Finenesses closer together than this make about the same file.
   [[nodiscard]] double narrow() const {
-    return has_steps() && !has_levels() ? 1.5 * kStepWithoutLevels : kNarrow;
+    return is_rounded_only() ? 1.5 * kStepWithoutLevels : kNarrow;
+  }
+  /// The PSNR that is left when nothing but rounding errs, by up to half a step each way.
+  [[nodiscard]] double rounding_psnr(double fineness) const {
+    return decibels(std::sqrt(12)) + fineness * decibels(2);
+  }
+  /// By how much the PSNR is usually above that of the maximum error.
+  [[nodiscard]] double ahead_of_maximum_db() const {
+    return decibels(is_rounded_only() ? kRoundingMaximumPerRms : kUsualMaximumPerRms);
   }
   /// The fineness that usually leads to a PSNR.
   [[nodiscard]] double usual_fineness(double psnr_db) const {
+    if (is_rounded_only()) return (psnr_db - rounding_psnr(0)) / decibels(2);
     const double step = usual_step(psnr_db);
     return has_steps() ? -std::log2(step) : std::log2(usual_bytes(step));
   }
@@ -130,10 +142,15 @@ double maximum_psnr_of(const Coded& coded) {
 /// The smallest file of at least so many dB.
 class LineSearch {
  public:
-  /// It ends where a file of `useful_bytes` does not reach the goal.
-  LineSearch(const Coder& coder, double (*measure)(const Coded&), std::size_t useful_bytes,
-             Console& console)
-      : coder_(coder), measure_(measure), useful_bytes_(useful_bytes), console_(console) {}
+  /// `ahead_db`: by how much the PSNR is usually above what is measured. It ends where a file of
+  /// `useful_bytes` does not reach the goal.
+  LineSearch(const Coder& coder, double (*measure)(const Coded&), double ahead_db,
+             std::size_t useful_bytes, Console& console)
+      : coder_(coder),
+        measure_(measure),
+        ahead_db_(ahead_db),
+        useful_bytes_(useful_bytes),
+        console_(console) {}
 
   /// From a first guess. `reached` says whether it worked; if not, the result is the nearest.
   Result<Coded> run(double goal, double fineness);
@@ -147,6 +164,7 @@ class LineSearch {
 
   const Coder& coder_;
   double (*measure_)(const Coded&);
+  double ahead_db_;
   std::size_t useful_bytes_;
   Console& console_;
   std::optional<End> below_, above_;  // nearest finenesses that do not and that do reach the goal
@@ -159,7 +177,7 @@ double LineSearch::next(double goal) const {
   if (below_ && above_) {
     const double share = (aim - below_->db) / std::max(above_->db - below_->db, 1e-9);
     const double gap = above_->fineness - below_->fineness;
-    const double unit = coder_.has_steps() && !coder_.has_levels() ? kStepWithoutLevels : 0;
+    const double unit = coder_.is_rounded_only() ? kStepWithoutLevels : 0;
     const double least = std::max(0.1 * gap, unit);
     return below_->fineness + std::clamp(share * gap, least, std::max(gap - least, least));
   }
@@ -182,9 +200,13 @@ void LineSearch::note(Coded trial, double fineness, double db, double goal) {
   if (!above_ && below_ && fineness > below_->fineness) {
     const double slope = (db - below_->db) / (fineness - below_->fineness);
     const bool stalls = slope < kLeastSlope && goal - db > slope;
-    const bool is_hopeless = goal - db > kFarDb && coder_.has_levels();
+    const bool is_hopeless = goal - db > kFarDb && !coder_.is_rounded_only();
     stalls_ = stalls ? stalls_ + (is_hopeless ? kMostStalls : 1) : 0;
   }
+  // Where rounding is not what errs, finer steps are of no use.
+  if (!above_ && coder_.is_rounded_only() && goal - db > kFarDb &&
+      coder_.rounding_psnr(fineness) - (db + ahead_db_) > 2 * kFarDb)
+    stalls_ = kMostStalls;
   if (!below_ || fineness > below_->fineness) below_ = End{fineness, db};
   if (!nearest_ || db > measure_(*nearest_)) nearest_ = std::move(trial);
 }
@@ -218,7 +240,7 @@ Result<Coded> LineSearch::run(double goal, double fineness) {
 
 Result<Coded> reach_psnr(const Coder& coder, double goal, std::size_t useful_bytes,
                          Console& console) {
-  LineSearch search(coder, psnr_of, useful_bytes, console);
+  LineSearch search(coder, psnr_of, 0, useful_bytes, console);
   Result<Coded> coded = search.run(goal, coder.usual_fineness(goal));
   if (!coded || coded->reached) return coded;
   coded->remark = fmt::format("{:.2f} dB of the {:g} asked for", coded->distance.psnr_db, goal);
@@ -228,10 +250,10 @@ Result<Coded> reach_psnr(const Coder& coder, double goal, std::size_t useful_byt
 Result<Coded> reach_maximum(const Coder& coder, const Reference& reference, double goal,
                             std::size_t useful_bytes, Console& console) {
   double aim = decibels(coder.diagonal() / goal) + kMissed;
-  double fineness = coder.usual_fineness(aim + decibels(kUsualMaximumPerRms));
+  double fineness = coder.usual_fineness(aim + coder.ahead_of_maximum_db());
   Result<Coded> coded = Error{ErrorCode::kNoConvergence, "no trial"};
   for (int proof = 0; proof < kMostProofs; ++proof) {
-    LineSearch search(coder, maximum_psnr_of, useful_bytes, console);
+    LineSearch search(coder, maximum_psnr_of, coder.ahead_of_maximum_db(), useful_bytes, console);
     coded = search.run(aim, fineness);
     if (!coded || !coded->reached) break;
     Result<metric::Certified> certified = certify(reference, *coded, console, goal);
