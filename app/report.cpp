@@ -182,11 +182,24 @@ Json pieces_json(const std::vector<remesh::PieceReport>& pieces) {
   for (const remesh::PieceReport& piece : pieces) {
     list.push_back({{"triangles", piece.triangles},
                     {"base_triangles", piece.base_triangles},
+                    {"base_vertices", piece.base_vertices},
+                    {"is_own_base", piece.is_own_base},
                     {"boundary_loops", piece.boundary_loops},
                     {"genus", piece.genus},
                     {"fallback", piece.fallback}});
   }
   return list;
+}
+
+std::size_t base_bytes_estimate(const remesh::PieceReport& piece, const RemeshFacts& remesh,
+                                const codec::EncodeReport& coded) {
+  const double triangles = share(static_cast<double>(piece.base_triangles),
+                                 static_cast<double>(remesh.base_triangles)),
+               vertices = share(static_cast<double>(piece.base_vertices),
+                                static_cast<double>(remesh.base_vertices));
+  return static_cast<std::size_t>(
+      std::lround(triangles * static_cast<double>(coded.bytes_base_connectivity) +
+                  vertices * static_cast<double>(coded.bytes_base_positions)));
 }
 
 StageClock::StageClock() : begin_(Clock::now()), stage_begin_(begin_) {}
@@ -292,6 +305,9 @@ std::string to_json(const EncodeRun& run) {
   json["bands"] = bands_json(coded.bands);
   json["clean"] = clean_json(run.remesh.clean);
   json["pieces"] = pieces_json(run.remesh.pieces);
+  for (std::size_t i = 0; i < run.remesh.pieces.size(); ++i)
+    json["pieces"][i]["base_bytes_estimate"] =
+        base_bytes_estimate(run.remesh.pieces[i], run.remesh, run.coded);
   json["remesh"] = remesh_json(run.remesh);
   add_costs(json, run.costs, run.seconds);
   return dump_json(json);
@@ -350,7 +366,8 @@ std::string describe_cleaning(const remesh::CleanReport& clean) {
   return line;
 }
 
-std::vector<std::string> describe_fallbacks(const std::vector<remesh::PieceReport>& pieces) {
+std::vector<std::string> describe_fallbacks(const std::vector<remesh::PieceReport>& pieces,
+                                            const EncodeRun* run) {
   std::vector<std::string> lines;
   std::size_t more = 0;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
@@ -361,6 +378,10 @@ std::vector<std::string> describe_fallbacks(const std::vector<remesh::PieceRepor
     }
     lines.push_back(fmt::format("piece {} ({} triangles): {}", i, format_count(pieces[i].triangles),
                                 pieces[i].fallback));
+    if (run != nullptr)
+      lines.back() += fmt::format(
+          "; its share of the base mesh is about {}",
+          format_bytes(base_bytes_estimate(pieces[i], run->remesh, run->coded)));
   }
   if (more > 0) lines.push_back(fmt::format("{} more such pieces; --report lists them", more));
   return lines;

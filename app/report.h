@@ -120,9 +120,15 @@ struct RemeshRun {
 
 /// "cleaned: 12 welded vertices, ..."; empty if nothing was changed.
 [[nodiscard]] std::string describe_cleaning(const remesh::CleanReport& clean);
-/// One line per piece that was not remeshed as usual, the first few of them.
+/// Bytes of a piece in the base mesh: its share of the triangles and of the vertices. The coder
+/// codes all pieces together and cannot tell them apart.
+[[nodiscard]] std::size_t base_bytes_estimate(const remesh::PieceReport& piece,
+                                              const RemeshFacts& remesh,
+                                              const codec::EncodeReport& coded);
+/// One line per piece that was not remeshed as usual, the first few of them; with its bytes, once
+/// there is a file.
 [[nodiscard]] std::vector<std::string> describe_fallbacks(
-    const std::vector<remesh::PieceReport>& pieces);
+    const std::vector<remesh::PieceReport>& pieces, const EncodeRun* run = nullptr);
 /// One line per stage, for -v.
 [[nodiscard]] std::vector<std::string> describe_costs(const std::vector<remesh::StageCost>& costs);
 

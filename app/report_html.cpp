@@ -299,7 +299,7 @@ std::string changes(const EncodeRun& run) {
       names += (names.empty() ? "" : ", ") + name;
     out += fmt::format("<p>not carried: {}</p>\n", escaped(names));
   }
-  for (const std::string& line : describe_fallbacks(run.remesh.pieces))
+  for (const std::string& line : describe_fallbacks(run.remesh.pieces, &run))
     out += fmt::format("<p>{}</p>\n", escaped(line));
   out += fmt::format("<p>{} base vertices, {} levels, {} vertices and {} faces when decoded</p>\n",
                      format_count(run.remesh.base_vertices), run.remesh.levels,

@@ -258,7 +258,8 @@ StageFacts facts_from(const std::string& text) {
       facts.pieces.push_back(
           {piece.at("triangles").get<std::size_t>(), piece.at("base_triangles").get<std::size_t>(),
            piece.at("boundary_loops").get<std::size_t>(), piece.at("genus").get<int>(),
-           piece.at("fallback").get<std::string>()});
+           piece.at("fallback").get<std::string>(), piece.value("base_vertices", std::size_t{0}),
+           piece.value("is_own_base", false)});
   } catch (const Json::exception&) {
     return facts;
   }

@@ -96,7 +96,7 @@ std::string cleaning_text(const remesh::CleanReport& clean) {
 std::string fallback_text(const std::vector<remesh::PieceReport>& pieces) {
   std::map<std::string, int> count;
   for (const remesh::PieceReport& piece : pieces)
-    if (!piece.fallback.empty()) ++count[piece.fallback];
+    if (!piece.fallback.empty()) ++count[piece.fallback.substr(0, piece.fallback.find(':'))];
   std::vector<std::string> parts;
   for (const auto& [what, times] : count) parts.push_back(fmt::format("{} x {}", times, what));
   return parts.empty() ? "none" : fmt::format("{}", fmt::join(parts, "; "));

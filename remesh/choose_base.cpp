@@ -68,7 +68,8 @@ struct Trial {
   std::vector<std::uint32_t>
       unhealthy;  // per base triangle: not 0 where it folds or misses the scan
   double figure = std::numeric_limits<double>::infinity();
-  double far_share = 0;  ///< of the squared error, at places that are missed
+  double far_share = 0;        ///< of the squared error, at places that are missed
+  std::vector<Health> health;  // per base triangle
 
   [[nodiscard]] bool made() const { return !map.base.triangles.empty(); }
 };
@@ -108,17 +109,6 @@ Parameterisation through(const Proxy& proxy, const Parameterisation& map) {
 }
 
 /// Every so-manyth vertex of `from`, and its distance to the surface of `tree`.
-struct Distances {
-  std::size_t step = 1;
-  std::vector<double> at;  // of vertex i * step
-
-  [[nodiscard]] double rms() const {
-    double sum = 0;
-    for (const double d : at) sum += d * d;
-    return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(at.size(), 1)));
-  }
-};
-
 Distances distances(const Scan& from, const LineTree& tree, const Scan& to) {
   Distances d;
   d.step = std::max<std::size_t>(1, from.positions.size() / kTrialSamples);
@@ -137,6 +127,21 @@ Scan centroids(const Scan& mesh) {
     out.positions.push_back((mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) /
                             3);
   return out;
+}
+
+/// Vertices whose place is no number move to the origin; 1 for base triangles that have such.
+std::vector<char> mend_broken(Scan& fine, std::size_t base_triangles) {
+  std::vector<char> broken(base_triangles, 0);
+  const std::size_t children = fine.triangles.size() / std::max<std::size_t>(base_triangles, 1);
+  bool any = false;
+  for (const Vec3& p : fine.positions) any |= !p.allFinite();
+  if (!any) return broken;
+  for (std::size_t t = 0; t < fine.triangles.size(); ++t)
+    for (const std::uint32_t v : fine.triangles[t])
+      if (!fine.positions[v].allFinite()) broken[t / children] = 1;
+  for (Vec3& p : fine.positions)
+    if (!p.allFinite()) p = Vec3::Zero();
+  return broken;
 }
 
 int trial_levels(const Scan& scan, const BaseMesh& base, int most) {
@@ -159,10 +164,15 @@ void judge(const Scan& scan, const LineTree& tree, std::size_t turned,
   const SemiRegularMesh& mesh = pierced->mesh;
   const auto topology =
       Topology::build(mesh.base_triangles, mesh.base_vertex_count, mesh.level_count);
-  const Scan fine{mesh.positions, topology->level(mesh.level_count).triangles, mesh.origin};
+  Scan fine{mesh.positions, topology->level(mesh.level_count).triangles, mesh.origin};
+  const std::vector<char> broken = mend_broken(fine, trial.map.base.triangles.size());
   const LineTree fine_tree(fine);
   const Distances missed = distances(scan, fine_tree, fine);
-  const double error = std::max(missed.rms(), distances(centroids(fine), tree, scan).rms());
+  const Distances strayed = distances(centroids(fine), tree, scan);
+  const double error = std::max(missed.rms(), strayed.rms());
+  trial.health = health_of(
+      {scan, tree, trial.map, fine, fine_tree, mesh.level_count, pierced->folds}, missed, strayed);
+  for (std::size_t f = 0; f < broken.size(); ++f) trial.health[f].is_finite = broken[f] == 0;
   trial.unhealthy.assign(pierced->folds.begin(), pierced->folds.end());
   const double far = kFar * missed.rms();
   double far_error = 0, all_error = 0;
@@ -223,7 +233,7 @@ void repair(const Scan& scan, const LineTree& tree, const LevelPredictor& predic
 Result<Trial> best_trial(const Scan& scan, const LineTree& tree, const BaseSize& size, int levels,
                          const LevelPredictor& predict, const RunContext& context) {
   const bool few = size.few_trials || std::max(size.vertices, size.least) >= kManyVertices;
-  std::vector<Trial> trials(few ? kSettings.size() / 2 : kSettings.size());
+  std::vector<Trial> trials(size.one_trial ? 1 : few ? kSettings.size() / 2 : kSettings.size());
   // Progress is told by one of them: they run side by side.
   RunContext quiet = context;
   quiet.progress = nullptr;
@@ -243,11 +253,12 @@ Result<Trial> best_trial(const Scan& scan, const LineTree& tree, const BaseSize&
       1);
   const auto better = [](const Trial& a, const Trial& b) { return a.figure < b.figure; };
   std::stable_sort(trials.begin(), trials.end(), better);
-  trials.resize(few ? 1 : kRepaired);
+  trials.resize(few || size.one_trial ? 1 : kRepaired);
   parallel_for_each_index(
       trials.size(),
       [&](std::size_t i) {
-        if (trials[i].made()) repair(scan, tree, predict, kRepairRounds, quiet, trials[i]);
+        if (trials[i].made() && !size.one_trial)
+          repair(scan, tree, predict, kRepairRounds, quiet, trials[i]);
       },
       1);
   if (context.cancelled()) return Error{ErrorCode::kCancelled, "interrupted", 0};
@@ -280,9 +291,12 @@ Result<Trial> choose_on_proxy(const Scan& scan, const LineTree& tree, std::size_
 
 }  // namespace
 
-Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, const BaseSize& size,
-                                     int levels, const LevelPredictor& predict,
-                                     const RunContext& context) {
+Result<BaseChoice> choose_base(const Scan& scan, const LineTree& tree, const BaseSize& size,
+                               int levels, const LevelPredictor& predict,
+                               const RunContext& context) {
+  const auto choice = [](Trial& trial) {
+    return BaseChoice{std::move(trial.map), std::move(trial.health)};
+  };
   std::size_t proxy_vertices =
       std::max(kProxyVertices,
                kProxyPerBase * static_cast<std::size_t>(std::max(size.vertices, size.least)));
@@ -298,12 +312,12 @@ Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree, con
   const auto now = static_cast<double>(best->map.base.scan_vertex.size());
   const int more = static_cast<int>(kMoreForMissed * now);
   if (size.vertices > 0 || best->far_share < kMuchMissed || (size.most > 0 && more > size.most))
-    return std::move(best->map);
+    return choice(*best);
   BaseSize larger = size;
   larger.least = larger.most = more;
   auto other = choose_on_proxy(scan, tree, proxy_vertices, larger, levels, predict, context);
   if (!other && other.error().code == ErrorCode::kCancelled) return other.error();
-  return std::move(other && other->figure < best->figure ? other->map : best->map);
+  return choice(other && other->figure < best->figure ? *other : *best);
 }
 
 }  // namespace nacre::remesh

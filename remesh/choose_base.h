@@ -4,6 +4,7 @@
 #include "base/run_context.h"
 #include "base/semi_regular_mesh.h"
 #include "remesh/base_domain.h"
+#include "remesh/piece_health.h"
 #include "remesh/pierce.h"
 
 namespace nacre::remesh {
@@ -15,6 +16,15 @@ struct BaseSize {
   int vertices = 0, least = 0, most = 0, useful = 0;
   /// Half the settings, one repair; so it is anyway from 2,000 vertices on.
   bool few_trials = false;
+  /// One setting and no repair.
+  bool one_trial = false;
+};
+
+struct BaseChoice {
+  Parameterisation map;
+  /// Per base triangle, of the trial that was chosen: on the proxy, where the scan itself was not
+  /// looked at.
+  std::vector<Health> health;
 };
 
 /// Simplifies with several settings, relaxes and pierces each to a low level, and returns the map
@@ -23,9 +33,9 @@ struct BaseSize {
 ///
 /// `levels` is what the mesh will have, 0 when that follows from the base: trials go no further.
 /// Errors   kCancelled; kNoConvergence: no trial was useful.
-[[nodiscard]] Result<Parameterisation> choose_base(const Scan& scan, const LineTree& tree,
-                                                   const BaseSize& size, int levels,
-                                                   const LevelPredictor& predict,
-                                                   const RunContext& context = {});
+[[nodiscard]] Result<BaseChoice> choose_base(const Scan& scan, const LineTree& tree,
+                                             const BaseSize& size, int levels,
+                                             const LevelPredictor& predict,
+                                             const RunContext& context = {});
 
 }  // namespace nacre::remesh

@@ -41,13 +41,15 @@ struct CleanReport {
 struct PieceReport {
   std::size_t triangles = 0, base_triangles = 0, boundary_loops = 0;
   int genus = 0;
-  std::string fallback;  ///< empty when remeshed as usual, else what was done instead and why
+  std::string fallback;  ///< empty when remeshed as usual, else "what was done instead: why"
+  std::size_t base_vertices = 0;
+  bool is_own_base = false;  ///< its own triangles are its base, new vertices the middles of edges
 };
 
 struct CleanScan {
   Scan scan;                         ///< oriented 2-manifold; every vertex has a face
   std::vector<std::uint32_t> piece;  ///< per triangle
-  std::vector<PieceReport> pieces;   ///< base_triangles and fallback still empty
+  std::vector<PieceReport> pieces;   ///< what is said of bases and fallbacks still empty
   CleanReport report;
 };
 
@@ -92,7 +94,8 @@ struct Options {
   /// base_vertices if that is not 0; `levels` splits follow, also if that is 0. No fallback, as it
   /// was asked for.
   bool keep_triangles = false;
-  /// Fewer base meshes are tried: a third less time, about as good in the mean.
+  /// Fewer base meshes are tried: a third less time, about as good in the mean. Where triangles are
+  /// kept and simplified: collapse_edges_quickly().
   bool few_trials = false;
   RepairPolicy repair = RepairPolicy::kSafe;
   /// See clean(). 0: every piece is kept.
@@ -126,14 +129,15 @@ struct Remesh {
 
 class LineTree;
 
-/// A scan with its map onto a base mesh: all that is needed to pierce it.
+/// A scan with its map onto a base mesh: all that is needed to pierce it. Pieces that are their own
+/// base come last in both.
 struct MappedScan {
   std::shared_ptr<const Scan> scan;  ///< the cleaned one, long edges split
   Parameterisation map;              ///< of it
   int levels = 0;                    ///< how often the base will be split
   bool is_kept = false;             ///< the scan is its own base, new vertices the middles of edges
   std::vector<PieceReport> pieces;  ///< complete
-  std::shared_ptr<const LineTree> tree;  ///< of `scan`; none: made when needed
+  std::shared_ptr<const LineTree> tree;  ///< of all of `scan`; none: made when needed
 };
 
 /// remesh() in two halves, for who wants to stop between them or has changed something there.
