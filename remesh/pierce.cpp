@@ -1,54 +1,129 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "remesh/pierce.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "base/parallel.h"
 #include "remesh/adjacency.h"
 #include "remesh/boundary_curves.h"
+#include "remesh/indices_where.h"
+#include "remesh/patch.h"
 #include "remesh/refinement.h"
 
 namespace nacre::remesh {
 namespace {
 
+/// In edges: how far the expected point of a fine level may be from the middle of its edge.
+constexpr double kMostOffEdge = 4;
+constexpr int kRounds = 3;
+constexpr std::size_t kMovesOfOlder = 5'000;
+/// With more folds than these a level is not worth the time.
+constexpr std::size_t kMostFolded = 20, kEdgesPerFolded = 1000;
+/// Farther from its line than this share of its coordinates, a vertex is off it.
+constexpr double kOffLine = 1e-12;
+
 class Piercer {
  public:
   Piercer(const SurfaceMap& map, const Parameterisation& parameterisation, const LineTree& tree,
-          const PierceOptions& options, const Topology& topology)
+          const LevelPredictor& predict, const PierceOptions& options, const Topology& topology)
       : mesh_(map, parameterisation.base, tree, topology),
+        predict_(predict),
         options_(options),
         curves_(map, parameterisation) {
     place_base();
   }
 
-  void refine(int level, const LevelPrediction& prediction) {
+  void refine(int level) {
     const std::size_t old = mesh_.positions.size();
     const std::size_t count = mesh_.topology().level(level).edges.size();
     mesh_.resize(old + count);
-    parallel_for_each_index(
-        count, [&](std::size_t e) { place(level, e, old + e, prediction); }, 64);
-    unfold(mesh_, level, prediction, options_.reach);
+    {
+      const LevelPrediction prediction = predict_(mesh_.topology(), level, coarse(level));
+      parallel_for_each_index(
+          count, [&](std::size_t e) { place(level, e, old + e, prediction); }, 64);
+      folded_.push_back(unfold(mesh_, level, prediction, options_.reach));
+    }
+    const std::size_t most = kMostFolded + count / kEdgesPerFolded;
+    for (int round = 0; options_.move_older && round < kRounds; ++round)
+      if (folded_.back().empty() || folded_.back().size() > most || !move_older(level)) break;
   }
 
   /// What the level above `level` has become; its folds are added to those of its base triangles.
   [[nodiscard]] BandReport report(int level, std::vector<std::uint32_t>& folds) const {
     const LevelTopology& fine = mesh_.topology().level(level + 1);
+    const std::vector<std::uint32_t>& folded = folded_[static_cast<std::size_t>(level)];
     BandReport band;
     const std::uint32_t first = mesh_.topology().level(level).vertex_count;
     band.vertices = fine.vertex_count - first;
     for (std::uint32_t v = first; v < fine.vertex_count; ++v)
       band.normal_only += mesh_.kind[v] == Refinement::kNormal;
-    for (std::size_t t = 0; t < fine.triangles.size(); ++t) {
-      if (!mesh_.is_folded(fine.triangles[t])) continue;
-      ++band.folded_triangles;
-      ++folds[t >> (2 * (level + 1))];
-    }
+    band.folded_triangles = folded.size();
+    for (const std::uint32_t t : folded) ++folds[t >> (2 * (level + 1))];
     return band;
   }
 
-  [[nodiscard]] const std::vector<Vec3>& positions() const { return mesh_.positions; }
   std::vector<Vec3> take_positions() { return std::move(mesh_.positions); }
   std::vector<std::uint8_t> take_kinds() { return std::move(mesh_.kind); }
 
  private:
+  using Journal = std::vector<std::pair<std::uint32_t, Refinement::Place>>;
+
+  [[nodiscard]] std::span<const Vec3> coarse(int level) const {
+    return std::span(mesh_.positions).first(mesh_.topology().level(level).vertex_count);
+  }
+
+  /// Mends what is folded on level + 1 by moving vertices of the levels below as well: all that is
+  /// predicted from these is placed anew. False, and all is as it was, if that leaves no fewer
+  /// folds.
+  bool move_older(int level) {
+    Journal journal;
+    const auto before = folded_;
+    mesh_.journal = &journal;
+    folded_.back() = PatchUnfolder(mesh_, level + 1, PatchUnfolder::Movable::kAll)
+                         .run(std::move(folded_.back()),
+                              kMovesOfOlder + mesh_.topology().level(level).edges.size() / 10);
+    const int first = first_band_after(journal);
+    for (int band = first; band <= level; ++band) place_again(band);
+    mesh_.journal = nullptr;
+    const auto sum = [](const std::vector<std::vector<std::uint32_t>>& folded) {
+      std::size_t count = 0;
+      for (const auto& of_level : folded) count += of_level.size();
+      return count;
+    };
+    if (sum(folded_) < sum(before)) return true;
+    for (auto it = journal.rbegin(); it != journal.rend(); ++it) mesh_.put(it->first, it->second);
+    folded_ = before;
+    return false;
+  }
+
+  /// The coarsest band that is predicted from a vertex which has moved.
+  [[nodiscard]] int first_band_after(const Journal& journal) const {
+    std::uint32_t oldest = kNone;
+    for (const auto& [vertex, place] : journal)
+      if (mesh_.positions[vertex] != place.at) oldest = std::min(oldest, vertex);
+    int band = 0;
+    while (band < mesh_.topology().level_count() &&
+           oldest >= mesh_.topology().level(band).vertex_count)
+      ++band;
+    return band;
+  }
+
+  /// Places those normal vertices anew that are off the line along which they are predicted now.
+  void place_again(int band) {
+    const LevelPrediction prediction = predict_(mesh_.topology(), band, coarse(band));
+    const std::uint32_t first = mesh_.topology().level(band).vertex_count;
+    const auto off = indices_where(prediction.points.size(), [&](std::size_t e) {
+      const Vec3 offset = mesh_.positions[first + e] - prediction.points[e];
+      const Vec3& normal = prediction.frames[e].normal;
+      const double length = kOffLine * (offset.norm() + prediction.points[e].norm());
+      return mesh_.kind[first + e] == Refinement::kNormal &&
+             (offset - normal.dot(offset) * normal).norm() > length;
+    });
+    for (const std::uint32_t e : off) place(band, e, first + e, prediction);
+    folded_[static_cast<std::size_t>(band)] = unfold(mesh_, band, prediction, options_.reach);
+  }
+
   /// Base corners keep their place in the domain; the scan has slid under them. Those on the
   /// boundary stay at their scan vertex.
   void place_base() {
@@ -79,6 +154,9 @@ class Piercer {
       }
       mesh_.positions[v] = position_of(point, scan.triangles, scan.positions);
     }
+    PatchUnfolder(mesh_, 0, PatchUnfolder::Movable::kAll)
+        .run(mesh_.folded_triangles(0), kMovesOfOlder);
+    std::fill(mesh_.kind.begin(), mesh_.kind.end(), Refinement::kNormal);
   }
 
   void place(int level, std::size_t e, std::size_t vertex, const LevelPrediction& prediction) {
@@ -90,10 +168,16 @@ class Piercer {
 
     const Vec3& predicted = prediction.points[e];
     const Vec3& normal = prediction.frames[e].normal;
-    const double length =
-        (mesh_.positions[edge.vertex[0]] - mesh_.positions[edge.vertex[1]]).norm();
-    const SurfacePoint expected = mesh_.expected_point(edge, base_face, predicted);
-    const Vec3 expected_at = position_of(expected, mesh_.scan().triangles, mesh_.scan().positions);
+    const Vec3 &a = mesh_.positions[edge.vertex[0]], &b = mesh_.positions[edge.vertex[1]];
+    const double length = (a - b).norm();
+    const auto at_of = [&](const SurfacePoint& p) {
+      return position_of(p, mesh_.scan().triangles, mesh_.scan().positions);
+    };
+    SurfacePoint expected = mesh_.expected_point(edge, base_face, predicted);
+    // Where the map is torn, its middle may be anywhere.
+    if (level > 0 && (at_of(expected) - (a + b) / 2).norm() > kMostOffEdge * length)
+      expected = mesh_.tree().nearest(predicted);
+    const Vec3 expected_at = at_of(expected);
     const double aperture = (level == 0 ? options_.first_aperture : options_.aperture) * length;
     for (const LineTree::Hit& hit : mesh_.tree().hits(predicted, normal, options_.reach * length)) {
       if (mesh_.scan_normal(hit.point.face).dot(normal) < options_.least_facing) continue;
@@ -129,8 +213,10 @@ class Piercer {
   }
 
   Refinement mesh_;
+  const LevelPredictor& predict_;
   const PierceOptions& options_;
   BoundaryCurves curves_;
+  std::vector<std::vector<std::uint32_t>> folded_;  ///< triangles of each level that was added
 };
 
 }  // namespace
@@ -142,15 +228,16 @@ Result<Pierced> pierce(const SurfaceMap& map, const Parameterisation& parameteri
   const auto base_vertices = static_cast<std::uint32_t>(base.scan_vertex.size());
   const auto topology = Topology::build(base.triangles, base_vertices, options.levels);
   if (!topology) return topology.error();
-  Piercer piercer(map, parameterisation, tree, options, *topology);
+  Piercer piercer(map, parameterisation, tree, predict, options, *topology);
   Pierced out;
   out.folds.assign(base.triangles.size(), 0);
   for (int level = 0; level < options.levels; ++level) {
     if (context.cancelled()) return Error{ErrorCode::kCancelled, "interrupted", 0};
-    piercer.refine(level, predict(*topology, level, piercer.positions()));
-    out.bands.push_back(piercer.report(level, out.folds));
+    piercer.refine(level);
     context.report("piercing", (level + 1.0) / options.levels);
   }
+  for (int level = 0; level < options.levels; ++level)
+    out.bands.push_back(piercer.report(level, out.folds));
   out.mesh.base_triangles = base.triangles;
   out.mesh.base_vertex_count = base_vertices;
   out.mesh.level_count = options.levels;

@@ -36,6 +36,8 @@ struct PierceOptions {
   double first_aperture = 2.0, aperture = 1.0;
   double reach = 0.75;        ///< and within this many edge lengths of the prediction
   double least_facing = 0.2;  ///< and its normal agrees with the line by this cosine
+  /// Folds that stay are mended by moving vertices of coarser levels as well.
+  bool move_older = true;
 };
 
 struct Pierced {

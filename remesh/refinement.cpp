@@ -3,6 +3,8 @@
 
 #include <array>
 
+#include "remesh/indices_where.h"
+
 namespace nacre::remesh {
 
 void Refinement::resize(std::size_t vertices) {
@@ -12,11 +14,17 @@ void Refinement::resize(std::size_t vertices) {
   kind.resize(vertices, kNormal);
 }
 
+void Refinement::put(std::size_t vertex, const Place& place) {
+  if (journal != nullptr)
+    journal->emplace_back(static_cast<std::uint32_t>(vertex), this->place(vertex));
+  surface[vertex] = place.surface;
+  domain[vertex] = place.domain;
+  positions[vertex] = place.at;
+  kind[vertex] = place.kind;
+}
+
 void Refinement::store(std::size_t vertex, const SurfacePoint& point, const Vec3& at, Kind k) {
-  surface[vertex] = point;
-  domain[vertex] = map_.to_domain(point);
-  positions[vertex] = at;
-  kind[vertex] = k;
+  put(vertex, {point, map_.to_domain(point), at, k});
 }
 
 void Refinement::store(std::size_t vertex, const SurfacePoint& point, Kind k) {
@@ -37,9 +45,30 @@ double Refinement::facing(const Triangle& t) const {
   return size > 0 ? n.dot(under) / size : 0;
 }
 
-bool Refinement::is_turned(const Triangle& t, std::uint32_t base_face) const {
-  const auto area = map_.atlas().doubled_area(
+bool Refinement::is_folded(const Triangle& t) const {
+  const Vec3 n = (positions[t[1]] - positions[t[0]]).cross(positions[t[2]] - positions[t[0]]);
+  const auto& p = scan().positions;
+  // Nearly always the scan's normals all agree, and then their lengths do not matter.
+  for (const std::uint32_t v : t) {
+    const Triangle& under = scan().triangles[surface[v].face];
+    if (!(n.dot((p[under[1]] - p[under[0]]).cross(p[under[2]] - p[under[0]])) > 0))
+      return facing(t) < 0;
+  }
+  return false;
+}
+
+std::vector<std::uint32_t> Refinement::folded_triangles(int level) const {
+  const auto& triangles = topology_.level(level).triangles;
+  return indices_where(triangles.size(), [&](std::size_t i) { return is_folded(triangles[i]); });
+}
+
+std::optional<double> Refinement::domain_area(const Triangle& t, std::uint32_t base_face) const {
+  return map_.atlas().doubled_area(
       {seen_from(t[0], base_face), seen_from(t[1], base_face), seen_from(t[2], base_face)});
+}
+
+bool Refinement::is_turned(const Triangle& t, std::uint32_t base_face) const {
+  const auto area = domain_area(t, base_face);
   return !area || *area <= 0;
 }
 

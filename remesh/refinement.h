@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/semi_regular_mesh.h"
@@ -21,6 +23,18 @@ class Refinement {
       : map_(map), base_(base), tree_(tree), topology_(topology) {}
 
   void resize(std::size_t vertices);
+
+  /// All that is known of where a vertex is.
+  struct Place {
+    SurfacePoint surface;
+    DomainPoint domain;
+    Vec3 at;
+    std::uint8_t kind;
+  };
+  [[nodiscard]] Place place(std::size_t vertex) const {
+    return {surface[vertex], domain[vertex], positions[vertex], kind[vertex]};
+  }
+  void put(std::size_t vertex, const Place& place);
   /// Sets a vertex to a point of the scan; `at` is its place in space.
   void store(std::size_t vertex, const SurfacePoint& point, const Vec3& at, Kind kind);
   void store(std::size_t vertex, const SurfacePoint& point, Kind kind);
@@ -28,7 +42,12 @@ class Refinement {
   [[nodiscard]] Vec3 scan_normal(std::uint32_t face) const;
   /// Cosine between a triangle and the scan under its corners; 0 if either has no direction.
   [[nodiscard]] double facing(const Triangle& t) const;
-  [[nodiscard]] bool is_folded(const Triangle& t) const { return facing(t) < 0; }
+  [[nodiscard]] bool is_folded(const Triangle& t) const;
+  /// All of a level's, ascending.
+  [[nodiscard]] std::vector<std::uint32_t> folded_triangles(int level) const;
+  /// Twice the area in the domain of a triangle that was made of the given base triangle; nothing
+  /// if its corners share no chart.
+  [[nodiscard]] std::optional<double> domain_area(const Triangle& t, std::uint32_t base_face) const;
   /// Whether a triangle, made of the given base triangle, lies upside down in the domain.
   [[nodiscard]] bool is_turned(const Triangle& t, std::uint32_t base_face) const;
 
@@ -50,6 +69,9 @@ class Refinement {
   std::vector<DomainPoint> domain;
   std::vector<std::uint8_t> kind;
 
+  /// Where vertices were before they were set, oldest first, from when it is not null.
+  std::vector<std::pair<std::uint32_t, Place>>* journal = nullptr;
+
  private:
   const SurfaceMap& map_;
   const BaseMesh& base_;
@@ -60,6 +82,9 @@ class Refinement {
 /// Mends what placing the vertices of level + 1 one by one has left: first triangles that are
 /// turned over in the domain, then those that are folded in space. Left alone, either kind grows
 /// fourfold a level.
-void unfold(Refinement& mesh, int level, const LevelPrediction& prediction, double reach);
+///
+/// Returns  the triangles of level + 1 that stay folded, ascending.
+std::vector<std::uint32_t> unfold(Refinement& mesh, int level, const LevelPrediction& prediction,
+                                  double reach);
 
 }  // namespace nacre::remesh

@@ -1,12 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <span>
 
+#include "remesh/indices_where.h"
+#include "remesh/patch.h"
 #include "remesh/refinement.h"
 
 namespace nacre::remesh {
 namespace {
 
 constexpr int kRetractPasses = 6, kUnfoldPasses = 6;
+/// Moves in patches: bounded, so that what is folded all over does not take longer than piercing.
+/// In edges: how far a new place may be from the middle of its edge.
+constexpr double kMostOffEdge = 1;
+constexpr std::size_t kLeastMoves = 5'000, kEdgesPerMove = 10;
+
+void make_unique(std::vector<std::uint32_t>& ids) {
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+}
 
 /// Works on the vertices that `level` + 1 adds; the older ones stay.
 class Unfolder {
@@ -20,26 +32,44 @@ class Unfolder {
         reach_(reach) {}
 
   /// New vertices of turned triangles go to where their parents say. The parents' triangles are not
-  /// turned, so their middles cannot be, but for what charts disagree about. False: nothing to do.
-  bool retract() {
-    const auto vertices = new_vertices_of(
-        [&](std::size_t i) { return mesh_.is_turned(fine_.triangles[i], base_face(i)); });
-    bool any = false;
-    for (const std::uint32_t v : vertices) {
-      if (mesh_.kind[v] != Refinement::kNormal) continue;
-      mesh_.store(v, expected(v), Refinement::kVector);
-      any = true;
+  /// turned, so their middles cannot be, but for what charts disagree about.
+  void retract() {
+    const auto is_turned = [&](std::size_t i) {
+      return mesh_.is_turned(fine_.triangles[i], base_face(i));
+    };
+    auto turned = indices_where(fine_.triangles.size(), is_turned);
+    for (int pass = 0; pass < kRetractPasses && !turned.empty(); ++pass) {
+      std::vector<std::uint32_t> touched;
+      for (const std::uint32_t v : new_vertices_of(turned)) {
+        if (mesh_.kind[v] != Refinement::kNormal) continue;
+        const SurfacePoint point = expected(v);
+        const Vec3 at = position_of(point, mesh_.scan().triangles, mesh_.scan().positions);
+        if (!is_near_edge(at, v)) continue;
+        mesh_.store(v, point, at, Refinement::kVector);
+        for_triangles_at(v, [&](std::uint32_t t) { touched.push_back(t); });
+      }
+      make_unique(touched);
+      std::erase_if(touched, [&](std::uint32_t t) { return !is_turned(t); });
+      turned = std::move(touched);
     }
-    return any;
   }
 
-  /// New vertices of folded triangles move to whichever other place of theirs is the least bad.
-  bool unfold() {
-    const auto vertices =
-        new_vertices_of([&](std::size_t i) { return mesh_.is_folded(fine_.triangles[i]); });
-    bool any = false;
-    for (const std::uint32_t v : vertices) any |= replace(v);
-    return any;
+  /// New vertices of folded triangles move to whichever other place of theirs is the least bad;
+  /// what is left is mended patch by patch. Returns what stays folded.
+  std::vector<std::uint32_t> unfold() {
+    auto folded = mesh_.folded_triangles(level_ + 1);
+    for (int pass = 0; pass < kUnfoldPasses && !folded.empty(); ++pass) {
+      std::vector<std::uint32_t> touched;
+      for (const std::uint32_t v : new_vertices_of(folded))
+        if (replace(v)) for_triangles_at(v, [&](std::uint32_t t) { touched.push_back(t); });
+      if (touched.empty()) break;
+      folded.insert(folded.end(), touched.begin(), touched.end());
+      make_unique(folded);
+      std::erase_if(folded, [&](std::uint32_t t) { return !mesh_.is_folded(fine_.triangles[t]); });
+    }
+    if (folded.empty()) return folded;
+    return PatchUnfolder(mesh_, level_ + 1, PatchUnfolder::Movable::kNewest)
+        .run(std::move(folded), kLeastMoves + coarse_.edges.size() / kEdgesPerMove);
   }
 
  private:
@@ -61,16 +91,13 @@ class Unfolder {
                                 prediction_.points[vertex - coarse_.vertex_count]);
   }
 
-  template <class Bad>
-  [[nodiscard]] std::vector<std::uint32_t> new_vertices_of(const Bad& bad) const {
+  [[nodiscard]] std::vector<std::uint32_t> new_vertices_of(
+      std::span<const std::uint32_t> triangles) const {
     std::vector<std::uint32_t> vertices;
-    for (std::size_t i = 0; i < fine_.triangles.size(); ++i) {
-      if (!bad(i)) continue;
+    for (const std::uint32_t i : triangles)
       for (const std::uint32_t v : fine_.triangles[i])
         if (v >= coarse_.vertex_count && !edge_of(v).is_boundary()) vertices.push_back(v);
-    }
-    std::sort(vertices.begin(), vertices.end());
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    make_unique(vertices);
     return vertices;
   }
 
@@ -104,6 +131,7 @@ class Unfolder {
                      static_cast<Refinement::Kind>(mesh_.kind[vertex])};
     Place best = kept;
     for (const Place& place : other_places(vertex)) {
+      if (!is_near_edge(place.at, vertex)) continue;
       mesh_.store(vertex, place.point, place.at, place.kind);
       const double bad = badness(vertex);
       if (bad >= least) continue;
@@ -112,6 +140,13 @@ class Unfolder {
     }
     mesh_.store(vertex, best.point, best.at, best.kind);
     return best.at != kept.at;
+  }
+
+  /// Not on another sheet far away, from where no triangle around would ever come back.
+  [[nodiscard]] bool is_near_edge(const Vec3& place, std::uint32_t vertex) const {
+    const Edge& edge = edge_of(vertex);
+    const Vec3 &a = mesh_.positions[edge.vertex[0]], &b = mesh_.positions[edge.vertex[1]];
+    return (place - (a + b) / 2).norm() <= kMostOffEdge * (a - b).norm();
   }
 
   /// All hits of the line, the expected point, the scan nearest to the prediction, to the edge's
@@ -155,12 +190,11 @@ class Unfolder {
 
 }  // namespace
 
-void unfold(Refinement& mesh, int level, const LevelPrediction& prediction, double reach) {
+std::vector<std::uint32_t> unfold(Refinement& mesh, int level, const LevelPrediction& prediction,
+                                  double reach) {
   Unfolder unfolder(mesh, level, prediction, reach);
-  for (int pass = 0; pass < kRetractPasses; ++pass)
-    if (!unfolder.retract()) break;
-  for (int pass = 0; pass < kUnfoldPasses; ++pass)
-    if (!unfolder.unfold()) break;
+  unfolder.retract();
+  return unfolder.unfold();
 }
 
 }  // namespace nacre::remesh
