@@ -17,7 +17,7 @@ namespace {
 /// In edges: how far the expected point of a fine level may be from the middle of its edge.
 constexpr double kMostOffEdge = 4;
 constexpr int kRounds = 3;
-constexpr std::size_t kMovesOfOlder = 5'000;
+constexpr std::size_t kMovesOfOlder = 20'000;
 /// With more folds than these a level is not worth the time.
 constexpr std::size_t kMostFolded = 20, kEdgesPerFolded = 1000;
 /// Farther from its line than this share of its coordinates, a vertex is off it.
