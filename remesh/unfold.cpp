@@ -13,7 +13,7 @@ constexpr int kRetractPasses = 6, kUnfoldPasses = 6;
 /// Moves in patches: bounded, so that what is folded all over does not take longer than piercing.
 /// In edges: how far a new place may be from the middle of its edge.
 constexpr double kMostOffEdge = 1;
-constexpr std::size_t kLeastMoves = 5'000, kEdgesPerMove = 10;
+constexpr std::size_t kLeastMoves = 20'000, kEdgesPerMove = 10;
 
 void make_unique(std::vector<std::uint32_t>& ids) {
   std::sort(ids.begin(), ids.end());
