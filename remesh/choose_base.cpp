@@ -49,6 +49,10 @@ constexpr int kFinalRounds = 2;
 /// If more than this share of the squared error on the scan itself is at places that are missed, so
 /// many times the vertices are tried.
 constexpr double kMuchMissed = 0.2, kMoreForMissed = 1.5;
+/// With more folds than this on the scan itself, the next best trials are looked at there as well.
+constexpr double kFewFolds = 50;
+/// What one more level leaves of the squared error, where nothing is missed.
+constexpr double kLeftByLevel = 0.16;
 /// Larger scans are not looked at again: it would take as long as the final piercing.
 constexpr std::size_t kMostLookedAt = 200'000;
 
@@ -68,10 +72,15 @@ struct Trial {
   std::vector<std::uint32_t>
       unhealthy;  // per base triangle: not 0 where it folds or misses the scan
   double figure = std::numeric_limits<double>::infinity();
+  double folds = 0;            ///< and triangles turned over
   double far_share = 0;        ///< of the squared error, at places that are missed
   std::vector<Health> health;  // per base triangle
 
   [[nodiscard]] bool made() const { return !map.base.triangles.empty(); }
+  /// The figure a level further on: what is missed stays so.
+  [[nodiscard]] double outlook() const {
+    return figure * std::sqrt(far_share + kLeftByLevel * (1 - far_share));
+  }
 };
 
 /// A smaller scan that stands for the given one in trials, and how to come back.
@@ -156,6 +165,7 @@ int trial_levels(const Scan& scan, const BaseMesh& base, int most) {
 void judge(const Scan& scan, const LineTree& tree, std::size_t turned,
            const LevelPredictor& predict, const RunContext& context, Trial& trial) {
   PierceOptions pierce_options;
+  pierce_options.move_older = false;  // takes time that is better spent on the scan itself
   pierce_options.levels = trial_levels(scan, trial.map.base, trial.options.levels);
   const auto pierced =
       pierce(SurfaceMap(scan, trial.map), trial.map, tree, predict, pierce_options, context);
@@ -183,10 +193,11 @@ void judge(const Scan& scan, const LineTree& tree, std::size_t turned,
     trial.unhealthy[trial.map.point[i * missed.step].face] = 1;
   }
   trial.far_share = all_error > 0 ? far_error / all_error : 0;
-  auto folds = static_cast<double>(turned);
-  for (const BandReport& band : pierced->bands) folds += static_cast<double>(band.folded_triangles);
+  trial.folds = static_cast<double>(turned);
+  for (const BandReport& band : pierced->bands)
+    trial.folds += static_cast<double>(band.folded_triangles);
   trial.figure = error * std::pow(static_cast<double>(mesh.base_vertex_count), kErrorPerSize) *
-                 (1 + kFoldPenalty * folds);
+                 (1 + kFoldPenalty * trial.folds);
 }
 
 Trial attempt(const Scan& scan, const LineTree& tree, const TrialOptions& options,
@@ -230,8 +241,10 @@ void repair(const Scan& scan, const LineTree& tree, const LevelPredictor& predic
   }
 }
 
-Result<Trial> best_trial(const Scan& scan, const LineTree& tree, const BaseSize& size, int levels,
-                         const LevelPredictor& predict, const RunContext& context) {
+/// Best first; at least one.
+Result<std::vector<Trial>> make_trials(const Scan& scan, const LineTree& tree, const BaseSize& size,
+                                       int levels, const LevelPredictor& predict,
+                                       const RunContext& context) {
   const bool few = size.few_trials || std::max(size.vertices, size.least) >= kManyVertices;
   std::vector<Trial> trials(size.one_trial ? 1 : few ? kSettings.size() / 2 : kSettings.size());
   // Progress is told by one of them: they run side by side.
@@ -253,39 +266,57 @@ Result<Trial> best_trial(const Scan& scan, const LineTree& tree, const BaseSize&
       1);
   const auto better = [](const Trial& a, const Trial& b) { return a.figure < b.figure; };
   std::stable_sort(trials.begin(), trials.end(), better);
-  trials.resize(few || size.one_trial ? 1 : kRepaired);
   parallel_for_each_index(
-      trials.size(),
+      few || size.one_trial ? 1 : kRepaired,
       [&](std::size_t i) {
         if (trials[i].made() && !size.one_trial)
           repair(scan, tree, predict, kRepairRounds, quiet, trials[i]);
       },
       1);
   if (context.cancelled()) return Error{ErrorCode::kCancelled, "interrupted", 0};
-  Trial& best = *std::min_element(trials.begin(), trials.end(), better);
-  if (!best.made()) return Error{ErrorCode::kNoConvergence, "no base mesh could be made", 0};
-  return std::move(best);
+  std::erase_if(trials, [](const Trial& trial) { return !trial.made(); });
+  if (trials.empty()) return Error{ErrorCode::kNoConvergence, "no base mesh could be made", 0};
+  std::stable_sort(trials.begin(), trials.end(), better);
+  return trials;
 }
 
 /// On a proxy of about so many vertices if the scan has clearly more; then judged on the scan
-/// itself, where that decides about anything.
+/// itself, where that decides about anything. What is healthy on the proxy may fold there.
 Result<Trial> choose_on_proxy(const Scan& scan, const LineTree& tree, std::size_t proxy_vertices,
                               const BaseSize& size, int levels, const LevelPredictor& predict,
                               const RunContext& context) {
-  if (scan.positions.size() <= proxy_vertices * 5 / 4)
-    return best_trial(scan, tree, size, levels, predict, context);
+  if (scan.positions.size() <= proxy_vertices * 5 / 4) {
+    auto trials = make_trials(scan, tree, size, levels, predict, context);
+    if (!trials) return trials.error();
+    return std::move(trials->front());
+  }
   const auto proxy = make_proxy(scan, proxy_vertices, context);
   if (!proxy) return proxy.error();
   const LineTree proxy_tree(proxy->scan);
-  auto best = best_trial(proxy->scan, proxy_tree, size, levels, predict, context);
-  if (!best) return best.error();
-  best->map = through(*proxy, best->map);
-  RelaxOptions relax_options;
-  relax_options.rounds = kFinalRounds;
-  const std::size_t turned = relax(scan, best->map, relax_options, context);
-  best->far_share = 0;
-  if (size.vertices == 0 && scan.positions.size() <= kMostLookedAt)
-    judge(scan, tree, turned, predict, context, *best);
+  auto trials = make_trials(proxy->scan, proxy_tree, size, levels, predict, context);
+  if (!trials) return trials.error();
+  const auto brought_back = [&](Trial trial) {
+    trial.map = through(*proxy, trial.map);
+    RelaxOptions relax_options;
+    relax_options.rounds = kFinalRounds;
+    const std::size_t turned = relax(scan, trial.map, relax_options, context);
+    trial.far_share = trial.folds = 0;
+    if (size.vertices == 0 && scan.positions.size() <= kMostLookedAt)
+      judge(scan, tree, turned, predict, context, trial);
+    return trial;
+  };
+  Trial best = brought_back(trials->front());
+  if (best.folds <= kFewFolds) return best;
+  if (size.few_trials) {
+    BaseSize all = size;
+    all.few_trials = false;
+    trials = make_trials(proxy->scan, proxy_tree, all, levels, predict, context);
+    if (!trials) return trials.error();
+  }
+  for (std::size_t i = size.few_trials ? 0 : 1; i < trials->size() && best.folds > kFewFolds; ++i) {
+    Trial next = brought_back((*trials)[i]);
+    if (next.outlook() < best.outlook()) best = std::move(next);
+  }
   return best;
 }
 
