@@ -48,7 +48,7 @@ constexpr int kFinalRounds = 2;
 
 /// If more than this share of the squared error on the scan itself is at places that are missed, so
 /// many times the vertices are tried.
-constexpr double kMuchMissed = 0.2, kMoreForMissed = 1.5;
+constexpr double kMuchMissed = 0.25, kMoreForMissed = 1.5;
 /// With more folds than this on the scan itself, the next best trials are looked at there as well.
 constexpr double kFewFolds = 50;
 /// What one more level leaves of the squared error, where nothing is missed.
