@@ -20,6 +20,14 @@ CleanScan cleaned(const Scan& scan) {
   return std::move(*out);
 }
 
+void expect_same_topology(const Scan& before, const Scan& after) {
+  const ManifoldFacts was = facts_of(before), is = facts_of(after);
+  EXPECT_EQ(is.defect, "");
+  EXPECT_EQ(is.pieces, was.pieces);
+  EXPECT_EQ(is.boundary_loops, was.boundary_loops);
+  EXPECT_EQ(is.genus, was.genus);
+}
+
 TEST(CollapseEdges, KeepsPiecesGenusAndLoops) {
   for (const auto& [name, scan] : testing::scans_of_all_kinds()) {
     SCOPED_TRACE(name);
@@ -27,11 +35,7 @@ TEST(CollapseEdges, KeepsPiecesGenusAndLoops) {
     for (const int vertices : {4, 40, 200}) {
       const auto after = collapse_edges(before, vertices, {});
       ASSERT_TRUE(after.has_value()) << after.error().message;
-      const ManifoldFacts was = facts_of(before.scan), is = facts_of(after->scan);
-      EXPECT_EQ(is.defect, "");
-      EXPECT_EQ(is.pieces, was.pieces);
-      EXPECT_EQ(is.boundary_loops, was.boundary_loops);
-      EXPECT_EQ(is.genus, was.genus);
+      expect_same_topology(before.scan, after->scan);
       EXPECT_LE(after->scan.positions.size(), static_cast<std::size_t>(vertices) + 60);
       ASSERT_EQ(after->piece.size(), after->scan.triangles.size());
     }
@@ -68,11 +72,7 @@ TEST(CollapseEdgesQuickly, KeepsTopologyAndPieces) {
     const CleanScan before = cleaned(scan);
     const auto after = collapse_edges_quickly(before, 20, {});
     ASSERT_TRUE(after.has_value()) << after.error().message;
-    const ManifoldFacts was = facts_of(before.scan), is = facts_of(after->scan);
-    EXPECT_EQ(is.defect, "");
-    EXPECT_EQ(is.pieces, was.pieces);
-    EXPECT_EQ(is.boundary_loops, was.boundary_loops);
-    EXPECT_EQ(is.genus, was.genus);
+    expect_same_topology(before.scan, after->scan);
     ASSERT_EQ(after->piece.size(), after->scan.triangles.size());
     for (std::size_t f = 0; f < after->piece.size(); ++f)
       ASSERT_LT(after->piece[f], before.pieces.size());
