@@ -379,9 +379,9 @@ std::vector<std::string> describe_fallbacks(const std::vector<remesh::PieceRepor
     lines.push_back(fmt::format("piece {} ({} triangles): {}", i, format_count(pieces[i].triangles),
                                 pieces[i].fallback));
     if (run != nullptr)
-      lines.back() += fmt::format(
-          "; its share of the base mesh is about {}",
-          format_bytes(base_bytes_estimate(pieces[i], run->remesh, run->coded)));
+      lines.back() +=
+          fmt::format("; its share of the base mesh is about {}",
+                      format_bytes(base_bytes_estimate(pieces[i], run->remesh, run->coded)));
   }
   if (more > 0) lines.push_back(fmt::format("{} more such pieces; --report lists them", more));
   return lines;

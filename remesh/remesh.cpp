@@ -148,8 +148,8 @@ Result<Remesh> pierce_map(const MappedScan& mapped, const Options& options,
   auto pierced = mapped.is_kept ? kept_as_it_is(scan, mapped.levels)
                  : kept > 0     ? pierce_apart(mapped, kept, options.predict, context)
                                 : pierce(SurfaceMap(scan, mapped.map), mapped.map,
-                                         mapped.tree ? *mapped.tree : LineTree(scan),
-                                         options.predict, pierce_options, context);
+                                     mapped.tree ? *mapped.tree : LineTree(scan), options.predict,
+                                         pierce_options, context);
   if (!pierced) return pierced.error();
   Remesh out;
   out.mesh = std::move(pierced->mesh);
