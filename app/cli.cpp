@@ -120,10 +120,10 @@ std::string did_you_mean(std::string_view word, const Words& known) {
   return best.empty() ? "" : fmt::format(", did you mean '{}'?", best);
 }
 
-/// Option values that need a conversion of our own before they are a command.
 /// PSNR that these find differs by a few hundredths of a decibel from that of the usual number.
 constexpr std::size_t kFastSamples = 200'000;
 
+/// Option values that need a conversion of our own before they are a command.
 struct Raw {
   std::string transform = "butterfly", profile = "best", effort = "normal", repair = "safe",
               up = "y", level_table = "auto";

@@ -124,7 +124,7 @@ class ScanCoder {
 
  private:
   Result<Coded> code(const SemiRegularMesh& mesh, const Goal& goal,
-                     std::size_t useful_bytes = std::numeric_limits<std::size_t>::max());
+                     std::size_t useful_bytes = kAnyBytes);
   /// The mesh that `prepared` has; and, where that is known to be asked, simplified_psnr().
   Result<Coded> code_first();
   /// Another mesh and its file; `prepared` changes only if `is_taken` of that file, or of why there
@@ -181,8 +181,7 @@ Result<bool> ScanCoder::attempt(const RemeshSettings& settings, const Goal& goal
                                 Result<Coded>& coded, const IsTaken& is_taken) {
   remesh::Remesh before = std::exchange(prepared_.remesh, {});
   const Result<void> remeshed = remesh_input(prepared_, settings, clock_, console_);
-  const std::size_t useful = coded && coded->reached ? coded->encoded.bytes.size()
-                                                     : std::numeric_limits<std::size_t>::max();
+  const std::size_t useful = coded && coded->reached ? coded->encoded.bytes.size() : kAnyBytes;
   Result<Coded> other = remeshed ? code(prepared_.remesh.mesh, goal, useful) : remeshed.error();
   if (!other && other.error().code == ErrorCode::kCancelled) return other.error();
   const bool taken = is_taken(other);

@@ -13,7 +13,7 @@ namespace nacre::app {
 /// Codes the mesh that `prepared` has. If the user has set nothing about the mesh, and the goal
 /// cannot be reached with this one, others are tried and `prepared` gets the one that was taken:
 ///   - the base mesh alone is too large: smaller and smaller ones;
-///   - a size, and a shape of flats and creases: a simplified mesh without levels;
+///   - a shape of flats and creases: a simplified mesh without levels;
 ///   - too coarse for the goal: one of more base vertices and triangles;
 ///   - too near the scan for any semi-regular mesh, or so large a file that it may not pay: the
 ///     scan's own triangles, as a base mesh without levels.

@@ -38,6 +38,9 @@ struct Coded {
   [[nodiscard]] double maximum_error() const;
 };
 
+/// As many as it takes.
+inline constexpr std::size_t kAnyBytes = std::numeric_limits<std::size_t>::max();
+
 /// Bytes that a file of this target and so many levels has to keep free.
 using Reserve = std::function<std::size_t(std::uint64_t target_bytes, int levels)>;
 
@@ -47,10 +50,10 @@ using Reserve = std::function<std::size_t(std::uint64_t target_bytes, int levels
 ///
 /// Errors   kGoalUnreachable: not even the base mesh fits; `where` is the size it needs. Others as
 ///          codec::encode, metric::compare; kCancelled.
-[[nodiscard]] Result<Coded> code_for_goal(
-    const EncodeCommand& command, const InputFacts& input, const SemiRegularMesh& mesh,
-    const Reference& reference, const Reserve& reserve, Console& console,
-    std::size_t useful_bytes = std::numeric_limits<std::size_t>::max());
+[[nodiscard]] Result<Coded> code_for_goal(const EncodeCommand& command, const InputFacts& input,
+                                          const SemiRegularMesh& mesh, const Reference& reference,
+                                          const Reserve& reserve, Console& console,
+                                          std::size_t useful_bytes = kAnyBytes);
 
 /// The same for what was coded already.
 [[nodiscard]] Result<Coded> measured(const EncodeCommand& command, Result<codec::Encoded> encoded,

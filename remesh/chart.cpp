@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "remesh/adjacency.h"
+#include "remesh/indices_where.h"
 
 namespace nacre::remesh {
 namespace {
@@ -153,8 +154,7 @@ std::optional<double> Atlas::doubled_area(std::array<DomainPoint, 3> p) const {
 std::shared_ptr<const std::vector<Atlas::NetFace>> Atlas::net_of(
     std::span<const std::uint32_t> triangles) const {
   std::vector<std::uint32_t> wanted(triangles.begin(), triangles.end());
-  std::sort(wanted.begin(), wanted.end());
-  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  make_unique(wanted);
   std::vector<NetFace> net, best;
   std::size_t nearest = kNetSize;
   for (const std::uint32_t centre : wanted) {

@@ -26,4 +26,10 @@ std::vector<std::uint32_t> indices_where(std::size_t count, const Condition& con
   return all;
 }
 
+/// Sorts, and leaves one of each.
+inline void make_unique(std::vector<std::uint32_t>& indices) {
+  std::sort(indices.begin(), indices.end());
+  indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
+}
+
 }  // namespace nacre::remesh

@@ -15,6 +15,7 @@
 #include "base/parallel.h"
 #include "remesh/adjacency.h"
 #include "remesh/chart.h"
+#include "remesh/indices_where.h"
 
 namespace nacre::remesh {
 namespace {
@@ -170,9 +171,7 @@ class Patcher {
     for (const std::uint32_t f : faces)
       part.vertices.insert(part.vertices.end(), scan_.triangles[f].begin(),
                            scan_.triangles[f].end());
-    std::sort(part.vertices.begin(), part.vertices.end());
-    part.vertices.erase(std::unique(part.vertices.begin(), part.vertices.end()),
-                        part.vertices.end());
+    make_unique(part.vertices);
     const std::size_t n = part.vertices.size();
     std::vector<std::uint32_t> next(n, kNone);
     part.on_border.assign(n, 0);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "remesh/adjacency.h"
+#include "remesh/indices_where.h"
 
 namespace nacre::remesh {
 namespace {
@@ -34,11 +35,6 @@ double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const V
     return std::abs(n.dot(p - a)) / n.norm();
   return std::min(
       {distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
-}
-
-void make_unique(std::vector<std::uint32_t>& ids) {
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
 }
 
 }  // namespace

@@ -10,15 +10,10 @@ namespace nacre::remesh {
 namespace {
 
 constexpr int kRetractPasses = 6, kUnfoldPasses = 6;
-/// Moves in patches: bounded, so that what is folded all over does not take longer than piercing.
 /// In edges: how far a new place may be from the middle of its edge.
 constexpr double kMostOffEdge = 1;
+/// Moves in patches: bounded, so that what is folded all over does not take longer than piercing.
 constexpr std::size_t kLeastMoves = 20'000, kEdgesPerMove = 10;
-
-void make_unique(std::vector<std::uint32_t>& ids) {
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-}
 
 /// Works on the vertices that `level` + 1 adds; the older ones stay.
 class Unfolder {

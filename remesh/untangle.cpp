@@ -6,6 +6,7 @@
 
 #include "remesh/adjacency.h"
 #include "remesh/chart.h"
+#include "remesh/indices_where.h"
 
 namespace nacre::remesh {
 namespace {
@@ -61,8 +62,7 @@ class Untangler {
       touched.insert(touched.end(), star_.faces.begin(), star_.faces.end());
     }
     touched.insert(touched.end(), turned.begin(), turned.end());
-    std::sort(touched.begin(), touched.end());
-    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+    make_unique(touched);
     std::erase_if(touched, [&](std::uint32_t f) { return !is_turned(f); });
     return touched;
   }
@@ -74,16 +74,14 @@ class Untangler {
     for (const std::uint32_t f : triangles)
       region.insert(region.end(), scan_.triangles[f].begin(), scan_.triangles[f].end());
     for (int ring = 1; ring < rings; ++ring) {
-      std::sort(region.begin(), region.end());
-      region.erase(std::unique(region.begin(), region.end()), region.end());
+      make_unique(region);
       const std::size_t count = region.size();
       for (std::size_t i = 0; i < count; ++i) {
         collect_star(scan_.triangles, neighbors_, region[i], face_of_[region[i]], star_);
         region.insert(region.end(), star_.ring.begin(), star_.ring.end());
       }
     }
-    std::sort(region.begin(), region.end());
-    region.erase(std::unique(region.begin(), region.end()), region.end());
+    make_unique(region);
     std::erase_if(region, [&](std::uint32_t v) {
       collect_star(scan_.triangles, neighbors_, v, face_of_[v], star_);
       return star_.boundary || fixed_[v];
