@@ -133,6 +133,8 @@ Result<void> finish(const EncodeCommand& command, const Prepared& prepared,
   const auto info = codec::inspect(coded.encoded.bytes, decoding_options());
   if (!info) return in_file(info.error(), command.scan);
   run.coded.bytes_header = info->bytes_header;  // with what add_quality() put there
+  run.command.profile = info->profile;  // a run from dumped steps takes theirs, not the option's
+  run.command.transform = info->transform;
   run.levels = level_facts(*info);
   if (Result<void> ok = measure_remesh(run, prepared, reference, clock, console); !ok) return ok;
   if (Result<void> go_on = check_cancelled(console); !go_on) return go_on;

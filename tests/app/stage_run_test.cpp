@@ -153,8 +153,13 @@ TEST_F(StageRun, TheSameForProfilePaperAndLoopWavelets) {
   EXPECT_FALSE(paper == whole);
   for (const char* stage : {"06-coefficients", "07-rd-curves"})
     EXPECT_TRUE(from(std::string("paper/") + stage, joined(kGoal, coder)) == paper) << stage;
-  for (const char* stage : {"08-steps", "09-symbols", "10-stream"})
-    EXPECT_TRUE(from(std::string("paper/") + stage, {}) == paper) << stage;
+  for (const char* stage : {"08-steps", "09-symbols", "10-stream"}) {
+    const std::string report = std::string("paper/") + stage + ".json";
+    EXPECT_TRUE(from(std::string("paper/") + stage, {"--report", path(report)}) == paper) << stage;
+    const json options = json::parse(scratch->read(report))["options"];
+    EXPECT_EQ(options["profile"], "paper") << stage;
+    EXPECT_EQ(options["transform"], "loop") << stage;
+  }
   EXPECT_GT((array<std::array<double, 3>>("paper/07-rd-curves/band-0.npy").size()), 3u);
 }
 
