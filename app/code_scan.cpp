@@ -154,7 +154,7 @@ class ScanCoder {
 
   const EncodeCommand& command_;
   Prepared& prepared_;
-  const Reference& reference_;
+  Reference reference_;  // with the places that were found on the way
   StageClock& clock_;
   Console& console_;
   std::optional<double> simplified_psnr_;

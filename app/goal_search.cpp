@@ -27,10 +27,13 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kAim = 0.04;
 constexpr double kUsualSlope = 4.2;  // dB per unit of fineness
 constexpr double kLeastStride = 0.1, kMostStride = 3;
+/// Downwards strides grow at most so fast.
+constexpr double kStrideGrowth = 4;
 constexpr int kMostTrials = 16;
-/// Brackets narrower than this are not searched any further; without levels there is one step only,
-/// of 32 in an octave, and nothing between two of them.
-constexpr double kNarrow = 1.0 / 256, kStepWithoutLevels = 1.0 / 32;
+/// Brackets narrower than this are not searched any further, for a PSNR, and for a maximum error,
+/// which leaps; without levels there is one step only, of 32 in an octave, and nothing between.
+constexpr double kNarrow = 1.0 / 256, kNarrowOfMaximum = 1.0 / 32, kStepWithoutLevels = 1.0 / 32,
+                 kNarrowWithoutLevels = 1.5 * kStepWithoutLevels;
 /// A unit of fineness that gains less than this, dB: the mesh itself is what is left.
 constexpr double kLeastSlope = 0.15;
 constexpr int kMostStalls = 2;
@@ -43,7 +46,12 @@ constexpr double kFinest = 40;
 constexpr double kRoundingMaximumPerRms = 3;
 /// Samples miss the very maximum; so the first aim is this much below the goal, dB.
 constexpr double kMissed = 0.1;
+/// What is usual of the maximum is said with less certainty, and small files are made sooner: the
+/// search starts so many units of fineness below, and its strides are at least so long.
+constexpr double kBelowUsual = 2, kLeastStrideOfMaximum = 0.5;
 constexpr int kMostProofs = 8;
+/// From a file whose proof failed to the next trial.
+constexpr double kStrideAfterProof = 0.05;
 
 /// A file may stay this much below its size; else there is nothing more to code.
 constexpr double kUnused = 1.0 / 200;
@@ -91,17 +99,9 @@ class Coder {
     if (has_steps()) return of_step(diagonal() * std::exp2(-fineness));
     return of_size(static_cast<std::uint64_t>(std::exp2(fineness)));
   }
-  /// Finenesses closer together than this make about the same file.
-  [[nodiscard]] double narrow() const {
-    return is_rounded_only() ? 1.5 * kStepWithoutLevels : kNarrow;
-  }
   /// The PSNR that is left when nothing but rounding errs, by up to half a step each way.
   [[nodiscard]] double rounding_psnr(double fineness) const {
     return decibels(std::sqrt(12)) + fineness * decibels(2);
-  }
-  /// By how much the PSNR is usually above that of the maximum error.
-  [[nodiscard]] double ahead_of_maximum_db() const {
-    return decibels(is_rounded_only() ? kRoundingMaximumPerRms : kUsualMaximumPerRms);
   }
   /// The fineness that usually leads to a PSNR.
   [[nodiscard]] double usual_fineness(double psnr_db) const {
@@ -132,42 +132,60 @@ class Coder {
   codec::EncodeOptions options_;
 };
 
-/// What a search is after, in dB: the PSNR, or the PSNR of the maximum error.
-double psnr_of(const Coded& coded) { return coded.distance.psnr_db; }
-double maximum_psnr_of(const Coded& coded) {
-  const double maximum = coded.maximum_error();
-  return maximum > 0 ? decibels(coded.distance.bbox_diagonal / maximum) : kInfinity;
+/// What a search is after, in dB.
+struct Measure {
+  double (*of)(const Coded&);
+  double ahead_db;      ///< by how much the PSNR is usually above it
+  double least_stride;  ///< while there is no bracket
+  double narrow;        ///< finenesses closer together make about the same file
+  double least_share;   ///< of a bracket, that a trial takes away: the more, the less even it is
+  bool is_exact;        ///< a larger file that is nearer to the goal is better
+};
+
+Measure of_psnr(const Coder& coder) {
+  return {[](const Coded& coded) { return coded.distance.psnr_db; }, 0,   kLeastStride,
+          coder.is_rounded_only() ? kNarrowWithoutLevels : kNarrow,  0.1, true};
+}
+
+/// The PSNR of the maximum error.
+Measure of_maximum(const Coder& coder) {
+  const bool is_rounded_only = coder.is_rounded_only();
+  return {[](const Coded& coded) {
+            const double maximum = coded.maximum_error();
+            return maximum > 0 ? decibels(coded.distance.bbox_diagonal / maximum) : kInfinity;
+          },
+          decibels(is_rounded_only ? kRoundingMaximumPerRms : kUsualMaximumPerRms),
+          kLeastStrideOfMaximum,
+          is_rounded_only ? kNarrowWithoutLevels : kNarrowOfMaximum,
+          0.3,
+          false};
 }
 
 /// The smallest file of at least so many dB.
 class LineSearch {
  public:
-  /// `ahead_db`: by how much the PSNR is usually above what is measured. It ends where a file of
-  /// `useful_bytes` does not reach the goal.
-  LineSearch(const Coder& coder, double (*measure)(const Coded&), double ahead_db,
-             std::size_t useful_bytes, Console& console)
-      : coder_(coder),
-        measure_(measure),
-        ahead_db_(ahead_db),
-        useful_bytes_(useful_bytes),
-        console_(console) {}
+  /// It ends where a file of `useful_bytes` does not reach the goal.
+  LineSearch(const Coder& coder, const Measure& measure, std::size_t useful_bytes, Console& console)
+      : coder_(coder), measure_(measure), useful_bytes_(useful_bytes), console_(console) {}
 
-  /// From a first guess. `reached` says whether it worked; if not, the result is the nearest.
-  Result<Coded> run(double goal, double fineness);
-
- private:
   struct End {
     double fineness, db;
   };
+  /// From a first guess; `below` is known not to reach the goal. `reached` says whether it worked;
+  /// if not, the result is the nearest.
+  Result<Coded> run(double goal, double fineness, std::optional<End> below = std::nullopt);
+
+ private:
   [[nodiscard]] double next(double goal) const;
   void note(Coded trial, double fineness, double db, double goal);
 
   const Coder& coder_;
-  double (*measure_)(const Coded&);
-  double ahead_db_;
+  Measure measure_;
   std::size_t useful_bytes_;
   Console& console_;
   std::optional<End> below_, above_;  // nearest finenesses that do not and that do reach the goal
+  /// The last stride downwards, and the slope there: where the mesh is all that errs, it is flat.
+  double stride_ = kMostStride, slope_ = kUsualSlope;
   std::optional<Coded> best_, nearest_;
   int stalls_ = 0;  ///< in a row
 };
@@ -178,21 +196,28 @@ double LineSearch::next(double goal) const {
     const double share = (aim - below_->db) / std::max(above_->db - below_->db, 1e-9);
     const double gap = above_->fineness - below_->fineness;
     const double unit = coder_.is_rounded_only() ? kStepWithoutLevels : 0;
-    const double least = std::max(0.1 * gap, unit);
+    const double least = std::max(measure_.least_share * gap, unit);
     return below_->fineness + std::clamp(share * gap, least, std::max(gap - least, least));
   }
   if (below_)
-    return std::min(
-        below_->fineness + std::clamp((aim - below_->db) / kUsualSlope, kLeastStride, kMostStride),
-        kFinest);
-  return above_->fineness - std::clamp((above_->db - aim) / kUsualSlope, kLeastStride, kMostStride);
+    return std::min(below_->fineness + std::clamp((aim - below_->db) / kUsualSlope,
+                                                  measure_.least_stride, kMostStride),
+                    kFinest);
+  const double least = measure_.least_stride;
+  const double most = std::max(least, std::min(kMostStride, kStrideGrowth * stride_));
+  return above_->fineness - std::clamp((above_->db - aim) / slope_, least, most);
 }
 
 void LineSearch::note(Coded trial, double fineness, double db, double goal) {
   if (db >= goal) {
+    if (above_ && !below_ && fineness < above_->fineness) {
+      stride_ = above_->fineness - fineness;
+      slope_ = std::clamp((above_->db - db) / stride_, kLeastSlope, kUsualSlope);
+    }
     if (!above_ || fineness < above_->fineness) above_ = End{fineness, db};
     const auto rank = [&](const Coded& coded) {
-      return std::pair(measure_(coded) > goal + kPsnrTolerance, coded.encoded.bytes.size());
+      const bool is_off = measure_.is_exact && measure_.of(coded) > goal + kPsnrTolerance;
+      return std::pair(is_off, coded.encoded.bytes.size());
     };
     if (!best_ || rank(trial) < rank(*best_)) best_ = std::move(trial);
     return;
@@ -205,13 +230,14 @@ void LineSearch::note(Coded trial, double fineness, double db, double goal) {
   }
   // Where rounding is not what errs, finer steps are of no use.
   if (!above_ && coder_.is_rounded_only() && goal - db > kFarDb &&
-      coder_.rounding_psnr(fineness) - (db + ahead_db_) > 2 * kFarDb)
+      coder_.rounding_psnr(fineness) - (db + measure_.ahead_db) > 2 * kFarDb)
     stalls_ = kMostStalls;
   if (!below_ || fineness > below_->fineness) below_ = End{fineness, db};
-  if (!nearest_ || db > measure_(*nearest_)) nearest_ = std::move(trial);
+  if (!nearest_ || db > measure_.of(*nearest_)) nearest_ = std::move(trial);
 }
 
-Result<Coded> LineSearch::run(double goal, double fineness) {
+Result<Coded> LineSearch::run(double goal, double fineness, std::optional<End> below) {
+  below_ = below;
   for (int i = 0; i < kMostTrials && stalls_ < kMostStalls; ++i) {
     if (Result<void> go_on = check_cancelled(console_); !go_on) return go_on.error();
     Result<Coded> trial = coder_.of_fineness(fineness);
@@ -221,7 +247,7 @@ Result<Coded> LineSearch::run(double goal, double fineness) {
       trial = coder_.of_fineness(fineness);
     }
     if (!trial) return trial.error();
-    const double db = measure_(*trial);
+    const double db = measure_.of(*trial);
     console_.detail(fmt::format("trial {}: {} -> {:.2f} dB of {:.2f}", i + 1,
                                 format_bytes(trial->encoded.bytes.size()), db, goal));
     const std::size_t bytes = trial->encoded.bytes.size();
@@ -229,7 +255,7 @@ Result<Coded> LineSearch::run(double goal, double fineness) {
     note(std::move(*trial), fineness, db, goal);
     if (db >= goal && (db <= goal + kPsnrTolerance || is_smallest)) break;
     if (db < goal && bytes >= useful_bytes_) break;
-    if (below_ && above_ && above_->fineness - below_->fineness < coder_.narrow()) break;
+    if (below_ && above_ && above_->fineness - below_->fineness < measure_.narrow) break;
     if (below_ && !above_ && below_->fineness >= kFinest) break;
     fineness = next(goal) + (stalls_ > 0 && !above_ ? 1 : 0);
   }
@@ -240,21 +266,24 @@ Result<Coded> LineSearch::run(double goal, double fineness) {
 
 Result<Coded> reach_psnr(const Coder& coder, double goal, std::size_t useful_bytes,
                          Console& console) {
-  LineSearch search(coder, psnr_of, 0, useful_bytes, console);
+  LineSearch search(coder, of_psnr(coder), useful_bytes, console);
   Result<Coded> coded = search.run(goal, coder.usual_fineness(goal));
   if (!coded || coded->reached) return coded;
   coded->remark = fmt::format("{:.2f} dB of the {:g} asked for", coded->distance.psnr_db, goal);
   return coded;
 }
 
-Result<Coded> reach_maximum(const Coder& coder, const Reference& reference, double goal,
+Result<Coded> reach_maximum(const Coder& coder, Reference& reference, double goal,
                             std::size_t useful_bytes, Console& console) {
+  const Measure measure = of_maximum(coder);
   double aim = decibels(coder.diagonal() / goal) + kMissed;
-  double fineness = coder.usual_fineness(aim + coder.ahead_of_maximum_db());
+  double fineness = coder.usual_fineness(aim + measure.ahead_db);
+  if (!coder.is_rounded_only()) fineness -= kBelowUsual;
   Result<Coded> coded = Error{ErrorCode::kNoConvergence, "no trial"};
+  std::optional<LineSearch::End> below;
   for (int proof = 0; proof < kMostProofs; ++proof) {
-    LineSearch search(coder, maximum_psnr_of, coder.ahead_of_maximum_db(), useful_bytes, console);
-    coded = search.run(aim, fineness);
+    LineSearch search(coder, measure, useful_bytes, console);
+    coded = search.run(aim, fineness, below);
     if (!coded || !coded->reached) break;
     Result<metric::Certified> certified = certify(reference, *coded, console, goal);
     if (!certified) return certified.error();
@@ -262,11 +291,17 @@ Result<Coded> reach_maximum(const Coder& coder, const Reference& reference, doub
       coded->certified = std::move(*certified);
       return coded;
     }
-    // The bound is loose where it gave up; what was met beyond the goal is not.
-    const double found = std::max(certified->lower(), goal);
-    aim += std::max(decibels(found / goal), 0.1);
-    if (coder.has_steps()) fineness = std::log2(coder.diagonal() / coded->options.step) + 0.05;
-    console.detail(fmt::format("the maximum is {:.4g} somewhere, searching on", found));
+    console.detail(fmt::format("the maximum is {:.4g} somewhere, searching on",
+                               std::max(certified->lower(), goal)));
+    // A place on the scan can be looked at next time. One on the decoded surface will be elsewhere;
+    // and a bound is loose where it gave up: what was met beyond the goal is not.
+    if (certified->a_to_b.lower > goal) reference.places.push_back(certified->a_to_b.lower_at);
+    aim += std::max(decibels(std::max(certified->b_to_a.lower, goal) / goal), kMissed);
+    if (!coder.has_steps()) continue;
+    const double met = std::max(coded->maximum_error(), certified->lower());
+    fineness = std::log2(coder.diagonal() / coded->options.step);
+    below = {fineness, std::min(decibels(coder.diagonal() / met), aim)};
+    fineness += kStrideAfterProof;
   }
   if (!coded) return coded;
   coded->reached = false;
@@ -322,6 +357,7 @@ Result<Coded> measured(const EncodeCommand& command, Result<codec::Encoded> enco
   }
   metric::Options sampling;
   sampling.samples = command.samples;
+  sampling.places = reference.places;
   Result<metric::Comparison> distance =
       metric::compare(reference.scan, reference.surface, *decoded, sampling, console.context());
   if (!distance) return surface_error(distance.error(), command.scan);
@@ -340,7 +376,7 @@ Result<metric::Certified> certify(const Reference& reference, const Coded& coded
 }
 
 Result<Coded> code_for_goal(const EncodeCommand& command, const InputFacts& input,
-                            const SemiRegularMesh& mesh, const Reference& reference,
+                            const SemiRegularMesh& mesh, Reference& reference,
                             const Reserve& reserve, Console& console, std::size_t useful_bytes) {
   const Coder coder(command, mesh, reference, console);
   const Goal& goal = command.goal;

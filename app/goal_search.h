@@ -22,6 +22,7 @@ inline constexpr double kPsnrTolerance = 0.1;
 struct Reference {
   const Scan& scan;
   const metric::Surface& surface;
+  std::vector<Vec3> places = {};  ///< on it, that count for the maximum error beside the samples
 };
 
 /// A file, decoded and measured.
@@ -51,7 +52,7 @@ using Reserve = std::function<std::size_t(std::uint64_t target_bytes, int levels
 /// Errors   kGoalUnreachable: not even the base mesh fits; `where` is the size it needs. Others as
 ///          codec::encode, metric::compare; kCancelled.
 [[nodiscard]] Result<Coded> code_for_goal(const EncodeCommand& command, const InputFacts& input,
-                                          const SemiRegularMesh& mesh, const Reference& reference,
+                                          const SemiRegularMesh& mesh, Reference& reference,
                                           const Reserve& reserve, Console& console,
                                           std::size_t useful_bytes = kAnyBytes);
 

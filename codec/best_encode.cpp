@@ -273,7 +273,9 @@ Result<BestEncoder::Trial> BestEncoder::within_target() {
   if (!smallest) return smallest.error();
   auto again = search(std::move(*smallest), effort_.unused_share, trial->position);
   if (!again) return again.error();
-  if (again->coded.surface_error < kDriftAllowance * trial->coded.surface_error) return again;
+  // A base that lies on its grid may take more than one that is only rounded to it.
+  if (fits(*again) && again->coded.surface_error < kDriftAllowance * trial->coded.surface_error)
+    return again;
   targets_.reset();
   const double guess = trial->position;
   return search(std::move(*trial), effort_.unused_share, guess);

@@ -87,7 +87,7 @@ Tally measure(std::size_t count, const Surface& to, const Scale& scale, const Ru
 }
 
 OneSided one_sided(const Scan& from, const Surface& to, const Scale& scale, const Options& options,
-                   const RunContext& context) {
+                   std::span<const Vec3> places, const RunContext& context) {
   const SurfaceSampler sampler(from, options.samples, options.seed);
   Tally all = measure(sampler.size(), to, scale, context,
                       [&](std::size_t begin, std::size_t end, const auto& visit) {
@@ -104,6 +104,10 @@ OneSided one_sided(const Scan& from, const Surface& to, const Scale& scale, cons
   all.merge(measure(vertices.size(), to, scale, context,
                     [&](std::size_t begin, std::size_t end, const auto& visit) {
                       for (std::size_t i = begin; i < end; ++i) visit(from.positions[vertices[i]]);
+                    }));
+  all.merge(measure(places.size(), to, scale, context,
+                    [&](std::size_t begin, std::size_t end, const auto& visit) {
+                      for (std::size_t i = begin; i < end; ++i) visit(places[i]);
                     }));
   result.maximum = all.maximum;
   result.maximum_at = all.maximum_at;
@@ -163,9 +167,9 @@ Result<Comparison> compare(const Scan& a, const Surface& surface_a, const Scan& 
                        surface_a.bbox_diagonal()};
   Comparison result;
   context.report("compare", 0.0);
-  result.a_to_b = one_sided(a, *surface_b, scale, options, context);
+  result.a_to_b = one_sided(a, *surface_b, scale, options, options.places, context);
   context.report("compare", 0.5);
-  result.b_to_a = one_sided(b_beside_a, surface_a, scale, options, context);
+  result.b_to_a = one_sided(b_beside_a, surface_a, scale, options, {}, context);
   context.report("compare", 1.0);
   if (context.cancelled()) return Error{ErrorCode::kCancelled, "comparison cancelled"};
 

@@ -22,10 +22,12 @@ struct Options {
   std::size_t samples = 500'000;
   /// Places the samples inside their faces. Any value; the same value gives the same result.
   std::uint64_t seed = 1;
+  /// Points of A, relative to its origin, that count for its maximum as its vertices do.
+  std::vector<Vec3> places = {};
 };
 
 /// One-sided distance, in model units, from sample points of one surface to the other surface.
-/// rms and mean are over the area samples; the maximum is over area samples and vertices.
+/// rms and mean are over the area samples; the maximum is over area samples, vertices and places.
 struct OneSided {
   double rms = 0, mean = 0, maximum = 0;
   Vec3 maximum_at = Vec3::Zero();  ///< on the surface measured from, relative to A's origin

@@ -229,6 +229,22 @@ TEST_P(EveryProfile, SmallestSizeNamedIsReachable) {
   EXPECT_LE(encode_at(mesh, smallest).bytes.size(), smallest);
 }
 
+/// Where there is hardly more than the base, what one step of the search leaves is not enough for
+/// the next.
+TEST_P(EveryProfile, SizesJustAboveTheSmallestHold) {
+  for (const auto& base : {shapes::icosahedron(), shapes::torus(9, 6)}) {
+    const SemiRegularMesh mesh = synthetic::normal_mesh(base, {.levels = 2});
+    const auto refused = encode(mesh, {.profile = GetParam(), .target_bytes = 10});
+    ASSERT_FALSE(refused.has_value());
+    const std::size_t smallest = refused.error().where;
+    for (std::size_t size = smallest; size < smallest + 30; ++size) {
+      const auto encoded = encode(mesh, {.profile = GetParam(), .target_bytes = size});
+      ASSERT_TRUE(encoded.has_value()) << encoded.error().message;
+      EXPECT_LE(encoded->bytes.size(), size);
+    }
+  }
+}
+
 TEST_P(EveryProfile, CancelStopsIt) {
   const std::atomic<bool> stop{true};
   RunContext context;

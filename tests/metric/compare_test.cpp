@@ -137,6 +137,24 @@ TEST(Compare, FindsASpikeAtItsVertex) {
   EXPECT_GT(c.a_to_b.rms, c.b_to_a.rms);
 }
 
+TEST(Compare, PlacesCountForTheMaximumAlone) {
+  const Scan flat = shapes::grid(20, 20);
+  Scan raised = flat;
+  raised.positions[10 * 21 + 10] = Vec3(10, 10, 0.5);
+  // Off the surface, where no sample is: 7 above it.
+  const Vec3 place(3, 4, 7);
+  const Comparison without = *compare(flat, raised, kQuick);
+  Options options = kQuick;
+  options.places = {Vec3(1, 1, 0), place};
+  const Comparison with = *compare(flat, raised, options);
+  EXPECT_DOUBLE_EQ(with.a_to_b.maximum, 7.0);
+  EXPECT_EQ(with.a_to_b.maximum_at, place);
+  EXPECT_LT(without.a_to_b.maximum, 0.5);
+  EXPECT_EQ(with.a_to_b.rms, without.a_to_b.rms);
+  EXPECT_EQ(with.a_to_b.sample_count, without.a_to_b.sample_count);
+  expect_same_bits(with.b_to_a, without.b_to_a);
+}
+
 TEST(Compare, SwappingTheSurfacesSwapsTheSides) {
   const Scan a = shapes::torus(24, 16), b = shapes::torus(31, 12, 1.02, 0.38);
   const Comparison ab = *compare(a, b, kQuick), ba = *compare(b, a, kQuick);
