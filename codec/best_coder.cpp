@@ -229,7 +229,6 @@ Result<CodedGeometry> code_best(const Prepared& prepared, const BestSettings& se
         if (slope < kLeastSlope) return;
         details[i] = {dot(n, vector) / slope, 0, 0};
       });
-      coded.frames.push_back(std::move(prediction.frames));
     } else {
       details = prepared.pyramid.bands[band];
     }
@@ -252,7 +251,6 @@ Result<CodedGeometry> code_best(const Prepared& prepared, const BestSettings& se
       coded.bands.push_back(code_band(job, place, settings.ratio_quarters, model));
     }
     last_step = coded.bands.back().payload.empty() ? kNotCoded : step_index;
-    coded.details.push_back(std::move(details));
     wavelet::SparseBand sparse;
     for (std::uint32_t e = 0; e < coded.bands.back().decoded.size(); ++e) {
       const Vec3& d = coded.bands.back().decoded[e];
@@ -263,8 +261,7 @@ Result<CodedGeometry> code_best(const Prepared& prepared, const BestSettings& se
     synthesizer.next_level(j, sparse, coarse);
   }
   coded.error = mean_squared_difference(coarse, prepared.positions);
-  coded.surface_error =
-      settings.weights ? surface_error(prepared, *settings.weights, coarse) : coded.error;
+  coded.decoded = std::move(coarse);
   return coded;
 }
 

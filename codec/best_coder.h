@@ -15,7 +15,7 @@ struct BestSettings {
   Steps steps;        ///< the base's grid, then the bands'; kNotCoded
   double lambda = 0;  ///< squared error on the finest mesh, summed, that one bit is worth
   int ratio_quarters = 0;
-  const SurfaceWeights* weights = nullptr;  ///< for surface_error; none: of vertices
+  const SurfaceWeights* weights = nullptr;  ///< needed with targets
   /// What each level aims at, errors counting as `weights` say; none: the mesh, vertex by vertex.
   const Targets* targets = nullptr;
 };

@@ -51,7 +51,8 @@ class BestEncoder {
     double position = 0;
     CodedGeometry coded;
     std::vector<std::uint8_t> bytes;
-    bool has_targets = false;  ///< it aimed at targets_, else at the mesh
+    bool has_targets = false;     ///< it aimed at targets_, else at the mesh
+    std::optional<double> error;  ///< see error_of()
 
     [[nodiscard]] double log_size() const { return std::log(static_cast<double>(bytes.size())); }
   };
@@ -86,6 +87,14 @@ class BestEncoder {
                        std::optional<double> guess = std::nullopt) const;
   [[nodiscard]] bool fits(const Trial& trial) const {
     return trial.bytes.size() <= options_.target_bytes;
+  }
+  /// Of the surface where there are weights, else of the vertices. It takes about as long as the
+  /// coding, so only those that are compared have theirs.
+  double error_of(Trial& trial) const {
+    if (!trial.error)
+      trial.error =
+          weights_ ? surface_error(prepared_, *weights_, trial.coded.decoded) : trial.coded.error;
+    return *trial.error;
   }
 
   const SemiRegularMesh& mesh_;
@@ -207,7 +216,7 @@ Result<BestEncoder::Trial> BestEncoder::search(Trial best, double unused_share,
     auto trial = make_trial(position);
     if (!trial) return trial.error();
     if (fits(*trial)) {
-      if (trial->coded.surface_error < best.coded.surface_error) best = *trial;
+      if (error_of(*trial) < error_of(best)) best = *trial;
       small = std::move(*trial);
     } else {
       large = std::move(*trial);
@@ -226,7 +235,7 @@ Result<BestEncoder::Trial> BestEncoder::spend(Trial best, double unused_share) c
       offsets[part] -= move;
       auto trial = make_trial(best.position, offsets);
       if (!trial) return trial.error();
-      if (fits(*trial) && trial->coded.surface_error < best.coded.surface_error) {
+      if (fits(*trial) && error_of(*trial) < error_of(best)) {
         best = std::move(*trial);
       } else {
         offsets[part] += move;
@@ -256,8 +265,7 @@ Result<BestEncoder::Trial> BestEncoder::at_step() {
   context_.report("choosing targets", 0.3);
   aim(position);
   auto again = make_trial(position);
-  if (again && again->coded.surface_error < kDriftAllowance * trial->coded.surface_error)
-    return again;
+  if (again && error_of(*again) < kDriftAllowance * error_of(*trial)) return again;
   return trial;
 }
 
@@ -274,8 +282,7 @@ Result<BestEncoder::Trial> BestEncoder::within_target() {
   auto again = search(std::move(*smallest), effort_.unused_share, trial->position);
   if (!again) return again.error();
   // A base that lies on its grid may take more than one that is only rounded to it.
-  if (fits(*again) && again->coded.surface_error < kDriftAllowance * trial->coded.surface_error)
-    return again;
+  if (fits(*again) && error_of(*again) < kDriftAllowance * error_of(*trial)) return again;
   targets_.reset();
   const double guess = trial->position;
   return search(std::move(*trial), effort_.unused_share, guess);

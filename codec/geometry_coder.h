@@ -40,10 +40,11 @@ struct CodedGeometry {
   Steps steps;
   CodedBase base;
   std::vector<CodedBand> bands;
-  std::vector<std::vector<Vec3>> details;  ///< per band, as given to its quantiser
-  std::vector<std::vector<Frame>> frames;  ///< per band, as the decoder will have them
-  double error = 0;          ///< mean squared error per finest vertex of the decoded mesh
-  double surface_error = 0;  ///< of profile best: see surface_error() in best_targets.h
+  // Of profile paper, per band: as given to its quantiser, and as the decoder will have them.
+  std::vector<std::vector<Vec3>> details;
+  std::vector<std::vector<Frame>> frames;
+  double error = 0;           ///< mean squared error per finest vertex of the decoded mesh
+  std::vector<Vec3> decoded;  ///< of profile best: the decoded mesh
 };
 
 /// Codes level by level, each band in the frames of the decoded coarser mesh.

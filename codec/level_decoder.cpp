@@ -157,11 +157,16 @@ Result<void> LevelDecoder::next_level(std::span<const Vec3> details) {
 }
 
 Result<void> LevelDecoder::add(const wavelet::SparseBand& band) {
+  // The butterfly leaves the vertices that were there, and were looked at, where they are.
+  const bool looked_at =
+      mesh_.level_count > 0 && layout_.header.transform == wavelet::Transform::kButterfly;
+  const auto known = static_cast<std::ptrdiff_t>(looked_at ? mesh_.positions.size() : 0);
   synthesizer_.next_level(mesh_.level_count, band, mesh_.positions);
   ++mesh_.level_count;
-  const auto bad = std::ranges::find_if(mesh_.positions, [](const Vec3& p) {
-    return !(std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]));
-  });
+  const auto bad =
+      std::find_if(mesh_.positions.begin() + known, mesh_.positions.end(), [](const Vec3& p) {
+        return !(std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]));
+      });
   if (bad == mesh_.positions.end()) return {};
   const auto vertex = static_cast<std::size_t>(bad - mesh_.positions.begin());
   return corrupt_at(

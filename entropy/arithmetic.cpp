@@ -162,33 +162,11 @@ ArithmeticDecoder::ArithmeticDecoder(std::span<const std::uint8_t> bytes) : byte
   }
 }
 
-std::uint32_t ArithmeticDecoder::target(std::uint32_t total) {
-  unit_ = range_ / total;
-  return std::min(code_ / unit_, total - 1);
-}
-
-void ArithmeticDecoder::consume(std::uint32_t low, std::uint32_t size, std::uint32_t total) {
-  code_ -= unit_ * low;
-  range_ = low + size == total ? range_ - unit_ * low : unit_ * size;
-  while (range_ < kMinRange) {
-    range_ <<= 8;
-    read_byte();
-  }
-}
-
 int ArithmeticDecoder::decode(AdaptiveModel& model) {
   const int symbol = model.find(target(model.total()));
   consume(model.cumulative(symbol), model.frequency(symbol), model.total());
   model.update(symbol);
   return symbol;
-}
-
-std::uint32_t ArithmeticDecoder::decode_bits(int count) {
-  assert(count >= 0 && count <= 16);
-  const std::uint32_t total = 1u << count;
-  const std::uint32_t bits = target(total);
-  consume(bits, 1, total);
-  return bits;
 }
 
 bool ArithmeticDecoder::ends_exactly() const {

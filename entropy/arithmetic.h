@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -82,7 +84,12 @@ class ArithmeticDecoder {
   explicit ArithmeticDecoder(std::span<const std::uint8_t> bytes);
   [[nodiscard]] int decode(AdaptiveModel& model);
   /// `count` <= 16.
-  [[nodiscard]] std::uint32_t decode_bits(int count);
+  [[nodiscard]] std::uint32_t decode_bits(int count) {
+    assert(count >= 0 && count <= 16);
+    const std::uint32_t total = 1u << count, bits = target(total);
+    consume(bits, 1, total);
+    return bits;
+  }
   /// See ArithmeticEncoder::encode_bit().
   [[nodiscard]] bool decode_bit(std::uint32_t probability) {
     const auto split = static_cast<std::uint32_t>((std::uint64_t{range_} * probability) >> 16);
@@ -107,8 +114,18 @@ class ArithmeticDecoder {
   static constexpr std::uint32_t kMinRange = 1u << 24;
   static constexpr std::size_t kLookAhead = 4;
 
-  [[nodiscard]] std::uint32_t target(std::uint32_t total);
-  void consume(std::uint32_t low, std::uint32_t size, std::uint32_t total);
+  [[nodiscard]] std::uint32_t target(std::uint32_t total) {
+    unit_ = range_ / total;
+    return std::min(code_ / unit_, total - 1);
+  }
+  void consume(std::uint32_t low, std::uint32_t size, std::uint32_t total) {
+    code_ -= unit_ * low;
+    range_ = low + size == total ? range_ - unit_ * low : unit_ * size;
+    while (range_ < kMinRange) {
+      range_ <<= 8;
+      read_byte();
+    }
+  }
   void read_byte() {
     const std::uint32_t byte = position_ < bytes_.size() ? bytes_[position_] : 0u;
     ++position_;

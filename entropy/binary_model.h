@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 
 /// Probabilities of single bits, learnt in several contexts at once and mixed. Integers only.
 /// A probability is that of a 1, in 1/65536; a *stretched* one is 256 ln(p / (1 - p)).
@@ -61,44 +62,57 @@ struct MixerWeights {
   std::uint32_t count = 0;  ///< bits mixed; 0: weights not set yet
 };
 
-/// One bit about to be coded: add its contexts, predict(), code it, update().
+/// One bit about to be coded with one context: its counter's probability as it is.
+class SingleBit {
+ public:
+  explicit SingleBit(BitCounter& counter)
+      : counter_(counter), probability_(limited(counter.probability())) {}
+
+  void update(bool bit) { counter_.update(bit); }
+  [[nodiscard]] std::uint32_t probability() const { return probability_; }
+  [[nodiscard]] std::uint32_t cost(bool bit) const {
+    return bit_cost(bit ? probability_ : 65536 - probability_);
+  }
+
+  static std::uint32_t limited(std::uint32_t probability) {
+    return std::clamp(probability, kLeastProbability, 65536 - kLeastProbability);
+  }
+
+ private:
+  BitCounter& counter_;
+  std::uint32_t probability_;
+};
+
+/// One bit about to be coded with N contexts; the guess is there at once.
+template <std::size_t N>
 class MixedBit {
  public:
-  // Left unset on purpose: only what add() fills is read.
-  MixedBit() {}  // NOLINT(modernize-use-equals-default)
-  void add(BitCounter& counter) { counters_[size_++] = &counter; }
-
   /// A counter that has seen nothing starts from the guess of the first one of this bit.
-  void predict(MixerWeights& weights) {
-    weights_ = &weights;
-    if (weights.count == 0) weights.weight.fill(65536 / static_cast<std::int32_t>(size_));
+  MixedBit(MixerWeights& weights, const std::array<BitCounter*, N>& counters)
+      : weights_(weights), counters_(counters) {
+    static_assert(N <= MixerWeights::kMaxInputs);
+    if (weights.count == 0) weights.weight.fill(65536 / static_cast<std::int32_t>(N));
     std::int64_t sum = 0;
-    for (std::size_t i = 0; i < size_; ++i) {
-      BitCounter& counter = *counters_[i];
-      if (counter.count() == 0 && i > 0) counter = BitCounter(squash(inputs_[0]), 0);
+    for (std::size_t i = 0; i < N; ++i) {
+      BitCounter& counter = *counters[i];
+      if (i > 0 && counter.count() == 0) counter = BitCounter(squash(inputs_[0]), 0);
       inputs_[i] = stretch(counter.probability());
       sum += std::int64_t{weights.weight[i]} * inputs_[i];
     }
     const std::int64_t mixed = std::clamp<std::int64_t>(sum >> 16, -kMaxStretched, kMaxStretched);
-    probability_ = limited(squash(static_cast<std::int32_t>(mixed)));
+    probability_ = SingleBit::limited(squash(static_cast<std::int32_t>(mixed)));
   }
-  /// Of a bit with one context: that counter's probability as it is.
-  void predict_alone() { probability_ = limited(counters_[0]->probability()); }
 
   void update(bool bit) {
-    if (weights_ == nullptr) {
-      counters_[0]->update(bit);
-      return;
-    }
     const std::int64_t error = (bit ? 65536 : 0) - static_cast<std::int64_t>(probability_);
-    const std::int64_t scaled = error * rate(weights_->count);
-    for (std::size_t i = 0; i < size_; ++i) {
-      constexpr std::int64_t kLargest = std::int64_t{1} << 20;
-      const std::int64_t weight = weights_->weight[i] + ((inputs_[i] * scaled) >> kRateShift);
-      weights_->weight[i] = static_cast<std::int32_t>(std::clamp(weight, -kLargest, kLargest));
-      counters_[i]->update(bit);
+    const std::int64_t scaled = error * rate(weights_.count);
+    for (std::size_t i = 0; i < N; ++i) {
+      std::int32_t& weight = weights_.weight[i];
+      weight += static_cast<std::int32_t>((inputs_[i] * scaled) >> kRateShift);
+      if (std::abs(weight) > kLargest) weight = weight < 0 ? -kLargest : kLargest;  // hardly ever
     }
-    if (weights_->count < 0xFFFF) ++weights_->count;
+    for (std::size_t i = 0; i < N; ++i) counters_[i]->update(bit);
+    if (weights_.count < 0xFFFF) ++weights_.count;
   }
 
   [[nodiscard]] std::uint32_t probability() const { return probability_; }
@@ -108,21 +122,18 @@ class MixedBit {
 
  private:
   static constexpr int kRateShift = 18;
+  static constexpr std::int32_t kLargest = 1 << 20;
 
   /// The mixer's rate falls by 1 every 16 bits.
   static std::int64_t rate(std::uint32_t count) {
     constexpr std::uint32_t kFirst = 14, kLast = 3;
     return kFirst - std::min(count / 16, kFirst - kLast);
   }
-  static std::uint32_t limited(std::uint32_t probability) {
-    return std::clamp(probability, kLeastProbability, 65536 - kLeastProbability);
-  }
 
-  std::array<BitCounter*, MixerWeights::kMaxInputs> counters_;
-  std::array<std::int32_t, MixerWeights::kMaxInputs> inputs_;
-  std::size_t size_ = 0;
-  MixerWeights* weights_ = nullptr;
-  std::uint32_t probability_ = 32768;
+  MixerWeights& weights_;
+  std::array<BitCounter*, N> counters_;
+  std::array<std::int32_t, N> inputs_;
+  std::uint32_t probability_;
 };
 
 }  // namespace nacre::entropy

@@ -10,7 +10,8 @@ namespace {
 struct Writer {
   ArithmeticEncoder& encoder;
 
-  bool bit(MixedBit mixed, bool value) {
+  template <class Bit>
+  bool bit(Bit mixed, bool value) {
     encoder.encode_bit(value, mixed.probability());
     mixed.update(value);
     return value;
@@ -25,7 +26,8 @@ struct Writer {
 struct Counter {
   std::uint64_t cost = 0;
 
-  bool bit(const MixedBit& mixed, bool value) {
+  template <class Bit>
+  bool bit(const Bit& mixed, bool value) {
     cost += mixed.cost(value);
     return value;
   }

@@ -11,7 +11,6 @@
 #include "entropy/detail_model.h"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <cstdlib>
 
@@ -35,15 +34,10 @@ constexpr std::array<std::array<int, 3>, 3> kInheritedWeights = {
     {{32, 15, 12}, {32, 13, 8}, {6, 16, 4}}};
 constexpr std::array<std::array<int, 3>, 3> kInheritedValueWeights = {
     {{12, 0, 0}, {16, 0, 0}, {4, 6, -4}}};
-/// What the running average weighs in band 0.
-constexpr int kAverageWeight = 40;
+/// The group that a neighbour belongs to, by the same columns.
+constexpr std::array<DetailGroup, 5> kGroups = {kBeside, kNear, kBeside, kFar, kBeyond};
 
-/// Groups of neighbours whose magnitudes and signs are told apart, and the first four by the
-/// columns above.
-enum Group : std::size_t { kNear, kFar, kBeside, kBeyond, kParents, kOthers };
-constexpr std::array<Group, 5> kGroups = {kBeside, kNear, kBeside, kFar, kBeyond};
-
-enum Role { kParent, kUncle, kCousin };
+enum Role : std::size_t { kParent, kUncle, kCousin };
 
 /// 2^15 2^(k/32), rounded.
 constexpr std::array<std::int32_t, 32> kStepPowers = {
@@ -59,46 +53,48 @@ std::int32_t step_ratio(int excess) {
   return static_cast<std::int32_t>((mantissa << (octave + 8)) >> 15);
 }
 
-/// Two to an octave: 0, 1, 2, 3, 4-5, 6-7, 8-11, ...
-int log_bin(std::int32_t value) {
-  if (value < 2) return value;
-  const int k = static_cast<int>(std::bit_width(static_cast<std::uint32_t>(value))) - 1;
-  return 2 * k + ((value >> (k - 1)) & 1);
-}
-
-constexpr std::array<std::uint8_t, 9> kSmall = {0, 1, 2, 3, 3, 4, 4, 4, 4};
-int small_sum(int sum) { return sum > 8 ? 5 : kSmall[static_cast<std::size_t>(sum)]; }
-int sign3(int value) { return value < 0 ? 0 : (value == 0 ? 1 : 2); }
-int sign5(int value) { return std::clamp(value, -2, 2) + 2; }
-/// 32 values, symmetric.
-int signed_bin(int mean) {
-  const int bin = std::min(log_bin(std::abs(mean) / 8), 15);
-  return mean < 0 ? 15 - bin : 16 + bin;
-}
-
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
-int few_signed(int value) { return std::clamp(value, -10, 10); }
+/// Adds to the surroundings of details. Its members are copies: bytes that are written may be
+/// anything, for all the compiler knows, but not these.
+class Adder {
+ public:
+  template <class Around>
+  Adder(Around& around, std::vector<std::uint64_t>& active, int tangential)
+      : around_(around.data()), active_(active.data()), tangential_(tangential) {}
+
+  void operator()(const Surroundings& what, std::uint32_t target) const {
+    Surroundings& around = around_[target];
+    around.add(what);
+    if (tangential_ != 0) {
+      std::uint8_t& count = around.counts[Surroundings::kTangential];
+      count = static_cast<std::uint8_t>(count + tangential_);
+    }
+    active_[target / kBlockDetails] |= std::uint64_t{1} << (target % kBlockDetails);
+  }
+
+ private:
+  Surroundings* around_;
+  std::uint64_t* active_;
+  int tangential_;
+};
+
+constexpr std::size_t kInnerKind = 2;  // of an edge inside a coarser triangle
+
+std::uint32_t after(std::uint32_t k) { return k == 2 ? 0 : k + 1; }
+std::uint32_t before(std::uint32_t k) { return k == 0 ? 2 : k - 1; }
+std::uint32_t corner_at(const Triangle& triangle, std::uint32_t vertex) {
+  return triangle[0] == vertex ? 0 : (triangle[1] == vertex ? 1 : 2);
+}
+std::uint32_t side_of(const Triangle& triangle_edges, std::uint32_t edge) {
+  return corner_at(triangle_edges, edge);
+}
 
 std::uint32_t face_beyond(const Edge& edge, std::uint32_t face) {
   return edge.face[0] == face ? edge.face[1] : edge.face[0];
 }
 
 }  // namespace
-
-int magnitude_class(std::int32_t magnitude) {
-  if (magnitude <= 4) return magnitude - 1;
-  const auto m = static_cast<std::uint32_t>(magnitude - 1);
-  const int k = static_cast<int>(std::bit_width(m)) - 1;
-  return 2 * k + static_cast<int>((m >> (k - 1)) & 1);
-}
-
-std::int32_t least_of_class(int c) {
-  if (c < 4) return c + 1;
-  return ((2 + (c & 1)) << (c / 2 - 1)) + 1;
-}
-
-int raw_bits_of_class(int c) { return c < 4 ? 0 : c / 2 - 1; }
 
 DetailModel::DetailModel(Start start) {
   static_assert(kCounters == kCounterStarts);
@@ -121,17 +117,16 @@ void DetailModel::begin_band(const BandPlace& place) {
   average_ = 512;
   coarser_nonzero_.swap(nonzero_);
   nonzero_.clear();
-  around_.assign(count, Around{});
+  around_ = decltype(around_)(count);
   active_.assign((count + kBlockDetails - 1) / kBlockDetails, place.coarser ? 0 : ~0ull);
   if (count % kBlockDetails != 0) active_.back() &= (1ull << (count % kBlockDetails)) - 1;
   inner_begin_ = place.coarser ? 2 * static_cast<std::uint32_t>(place.coarser->edges.size()) : 0;
-  if (!place.coarser) return;
-  for (std::size_t kind = 0; kind < 3; ++kind) {
-    for (std::size_t role = 0; role < 3; ++role) {
-      inherited_weights_[kind][role] = kInheritedWeights[kind][role] * ratio_ / 32;
-      inherited_value_weights_[kind][role] = kInheritedValueWeights[kind][role] * ratio_ / 32;
-    }
+  for (int normal = -kReady; normal <= kReady; ++normal) {
+    for (const bool is_inner : {false, true})
+      in_band_[is_inner ? 1 : 0][at(normal + kReady)] = in_band(normal, is_inner);
+    below_[at(normal + kReady)] = below(normal);
   }
+  if (!place.coarser) return;
   for (const Nonzero& source : coarser_nonzero_) spread_below(source);
 }
 
@@ -150,229 +145,181 @@ void DetailModel::set(std::uint32_t e, const DetailPoint& point) {
   spread_in_band(source);
 }
 
-/// `ring`: 0 the other half, 1 first, 3 second.
-inline void DetailModel::add_in_band(const Nonzero& source, std::uint32_t target, int ring) {
-  if (target <= source.detail) return;
-  Around& around = around_[target];
-  const bool is_inner = source.detail >= inner_begin_ && place_.coarser != nullptr;
+namespace {
+
+/// A value of one detail as far as `group` tells it apart.
+void note_value(int normal, DetailGroup group, Surroundings& out) {
+  if (group <= kBeyond)
+    out.counts[Surroundings::kFew + group] =
+        static_cast<std::uint8_t>(std::min(std::abs(normal), 15));
+  out.counts[Surroundings::kSigns + group] = static_cast<std::uint8_t>(std::clamp(normal, -10, 10));
+}
+
+}  // namespace
+
+DetailModel::Spread DetailModel::in_band(int normal, bool is_inner) const {
+  constexpr std::array<std::size_t, 3> kColumns = {0, 1, 3};
   const bool has_coarser = place_.coarser != nullptr;
-  const std::size_t row = has_coarser ? at(kind_of(target)) : 3;
-  const std::size_t column = at(ring) + (is_inner ? 1 : 0);
-  const int magnitude = std::abs(source.normal);
-  around.band += kMagnitudeWeights[row][column] * magnitude;
-  around.mean += 16 * kValueWeights[row][column] * source.normal;
-  if (!has_coarser) around.below += kMagnitudeWeights[row][column];
-  const std::size_t group = kGroups[column];
-  around.few[group] = static_cast<std::uint8_t>(around.few[group] + std::min(magnitude, 15));
-  around.signs[group] = static_cast<std::int8_t>(around.signs[group] + few_signed(source.normal));
-  around.tangential = static_cast<std::uint8_t>(around.tangential + source.tangential);
-  active_[target / kBlockDetails] |= 1ull << (target % kBlockDetails);
+  Spread spread{};
+  for (std::size_t kind = 0; kind < 3; ++kind) {
+    for (std::size_t ring = 0; ring < 3; ++ring) {
+      Surroundings& out = spread[kind][ring];
+      const std::size_t row = has_coarser ? kind : 3;
+      const std::size_t column = kColumns[ring] + (is_inner && ring > 0 ? 1 : 0);
+      const int weight = kMagnitudeWeights[row][column];
+      out.sums[Surroundings::kBand] = static_cast<std::uint32_t>(weight * std::abs(normal));
+      out.sums[Surroundings::kMean] =
+          static_cast<std::uint32_t>(16 * kValueWeights[row][column] * normal);
+      if (!has_coarser) out.sums[Surroundings::kBelow] = static_cast<std::uint32_t>(weight);
+      note_value(normal, kGroups[column], out);
+    }
+  }
+  return spread;
+}
+
+DetailModel::Spread DetailModel::below(int normal) const {
+  Spread spread{};
+  for (std::size_t kind = 0; kind < 3; ++kind) {
+    for (std::size_t role = 0; role < 3; ++role) {
+      Surroundings& out = spread[kind][role];
+      const int magnitude = std::abs(normal);
+      out.sums[Surroundings::kBelow] =
+          static_cast<std::uint32_t>(kInheritedWeights[kind][role] * ratio_ / 32 * magnitude);
+      out.sums[Surroundings::kMean] =
+          static_cast<std::uint32_t>(kInheritedValueWeights[kind][role] * ratio_ / 32 * normal);
+      if (role == kParent)
+        out.sums[Surroundings::kParent] =
+            static_cast<std::uint32_t>((kind < 2 ? 2 : 1) * magnitude);
+      note_value(normal, role == kParent ? kParents : kOthers, out);
+    }
+  }
+  return spread;
 }
 
 void DetailModel::spread_in_band(const Nonzero& source) {
+  const bool is_inner = place_.coarser != nullptr && source.detail >= inner_begin_;
+  const bool is_ready = std::abs(source.normal) <= kReady;
+  Spread made;
+  if (!is_ready) made = in_band(source.normal, is_inner);
+  const Spread& spread = is_ready ? in_band_[is_inner ? 1 : 0][at(source.normal + kReady)] : made;
+  if (place_.coarser == nullptr) {
+    spread_in_base(source, spread[0]);
+  } else if (is_inner) {
+    spread_from_inner(source, spread[kInnerKind]);
+  } else {
+    spread_from_half(source, spread);
+  }
+}
+
+void DetailModel::spread_in_base(const Nonzero& source, const std::array<Surroundings, 3>& spread) {
   const LevelTopology& level = *place_.level;
   const std::uint32_t e = source.detail;
-  if (e < inner_begin_) add_in_band(source, e ^ 1u, 0);
+  const Adder add(around_, active_, source.tangential);
+  const auto add_after = [&](std::uint32_t target, std::size_t ring) {
+    if (target > e) add(spread[ring], target);
+  };
   for (const std::uint32_t face : level.edges[e].face) {
     if (face == kNone) continue;
     for (const std::uint32_t first : level.triangle_edges[face]) {
       if (first == e) continue;
-      add_in_band(source, first, 1);
+      add_after(first, 1);
       const std::uint32_t beyond = face_beyond(level.edges[first], face);
       if (beyond == kNone) continue;
       for (const std::uint32_t second : level.triangle_edges[beyond])
-        if (second != first) add_in_band(source, second, 3);
+        if (second != first) add_after(second, 2);
     }
   }
 }
 
-inline void DetailModel::add_below(const Nonzero& source, std::uint32_t target, int role) {
-  Around& around = around_[target];
-  const std::size_t kind = at(kind_of(target));
-  const int magnitude = std::abs(source.normal);
-  around.below += magnitude * inherited_weights_[kind][at(role)];
-  around.mean += source.normal * inherited_value_weights_[kind][at(role)];
-  if (role == kParent)
-    around.parent = static_cast<std::uint16_t>(around.parent + (kind < 2 ? 2 : 1) * magnitude);
-  const std::size_t group = role == kParent ? kParents : kOthers;
-  around.signs[group] = static_cast<std::int8_t>(around.signs[group] + few_signed(source.normal));
-  around.tangential = static_cast<std::uint8_t>(around.tangential + source.tangential / 2);
-  active_[target / kBlockDetails] |= 1ull << (target % kBlockDetails);
+// The rings of an edge that a split has made, by the triangles that were split: four times fewer
+// than the split ones.
+
+void DetailModel::spread_from_inner(const Nonzero& source,
+                                    const std::array<Surroundings, 3>& spread) {
+  // All others that come later are inner ones too: in the same triangle; and across its two sides
+  // at the corner that is cut off.
+  const LevelTopology& coarser = *place_.coarser;
+  const Adder add(around_, active_, source.tangential);
+  const std::uint32_t inner = inner_begin_;
+  const std::uint32_t face = (source.detail - inner) / 3, corner = (source.detail - inner) % 3;
+  for (std::uint32_t k = corner + 1; k < 3; ++k) add(spread[1], inner + 3 * face + k);
+  const Triangle& sides = coarser.triangle_edges[face];
+  const std::uint32_t vertex = coarser.triangles[face][corner];
+  for (const std::uint32_t side : {sides[corner], sides[before(corner)]}) {
+    const std::uint32_t beyond = face_beyond(coarser.edges[side], face);
+    if (beyond == kNone || beyond < face) continue;
+    const std::uint32_t k = corner_at(coarser.triangles[beyond], vertex);
+    add(spread[2], inner + 3 * beyond + k);
+  }
+}
+
+void DetailModel::spread_from_half(const Nonzero& source, const Spread& spread) {
+  const LevelTopology& coarser = *place_.coarser;
+  const Adder add(around_, active_, source.tangential);
+  const std::uint32_t inner = inner_begin_, e = source.detail, own = e / 2;
+  const Edge& edge = coarser.edges[own];
+  const std::uint32_t vertex = edge.vertex[e % 2];
+  const auto add_half = [&](std::uint32_t side, std::size_t ring) {
+    const std::uint32_t half = coarser.edges[side].vertex[0] == vertex ? 0 : 1;
+    const std::uint32_t target = 2 * side + half;
+    if (target > e) add(spread[half][ring], target);
+  };
+  const auto add_inner = [&](std::uint32_t face, std::uint32_t corner, std::size_t ring) {
+    add(spread[kInnerKind][ring], inner + 3 * face + corner);
+  };
+  if (e % 2 == 0) add(spread[1][0], e + 1);
+  for (const std::uint32_t face : edge.face) {
+    if (face == kNone) continue;
+    const std::uint32_t corner = corner_at(coarser.triangles[face], vertex);
+    for (std::uint32_t k = 0; k < 3; ++k) add_inner(face, k, k == corner ? 1 : 2);
+    const Triangle& sides = coarser.triangle_edges[face];
+    const std::uint32_t other = sides[corner] == own ? sides[before(corner)] : sides[corner];
+    add_half(other, 1);
+    const std::uint32_t beyond = face_beyond(coarser.edges[other], face);
+    if (beyond == kNone) continue;
+    const std::uint32_t far_corner = corner_at(coarser.triangles[beyond], vertex);
+    add_inner(beyond, far_corner, 2);
+    const Triangle& far_sides = coarser.triangle_edges[beyond];
+    add_half(far_sides[far_corner] == other ? far_sides[before(far_corner)] : far_sides[far_corner],
+             2);
+  }
 }
 
 void DetailModel::spread_below(const Nonzero& source) {
   const LevelTopology& level = *place_.coarser;
   const std::uint32_t parent = source.detail;
   const Edge& own = level.edges[parent];
-  add_below(source, 2 * parent, kParent);
-  add_below(source, 2 * parent + 1, kParent);
+  const bool is_ready = std::abs(source.normal) <= kReady;
+  Spread made;
+  if (!is_ready) made = below(source.normal);
+  const Spread& spread = is_ready ? below_[at(source.normal + kReady)] : made;
+  const Adder add(around_, active_, source.tangential / 2);
+  const std::uint32_t inner = inner_begin_;
+  const auto add_inner = [&](std::uint32_t face, std::uint32_t corner, Role role) {
+    add(spread[kInnerKind][role], inner + 3 * face + corner);
+  };
+  for (std::uint32_t h = 0; h < 2; ++h) add(spread[h][kParent], 2 * parent + h);
   for (const std::uint32_t face : own.face) {
     if (face == kNone) continue;
     const Triangle& sides = level.triangle_edges[face];
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      // Inner edge k cuts off corner k, between sides k and k + 2.
-      const bool touches = sides[k] == parent || sides[(k + 2) % 3] == parent;
-      add_below(source, inner_begin_ + 3 * face + k, touches ? kParent : kUncle);
-      const std::uint32_t side = sides[k];
-      if (side == parent) continue;
+    // Inner edge k cuts off corner k, between sides k and k - 1.
+    const std::uint32_t k = side_of(sides, parent), next = after(k), last = before(k);
+    add_inner(face, k, kParent);
+    add_inner(face, next, kParent);
+    add_inner(face, last, kUncle);
+    for (const std::uint32_t side : {sides[next], sides[last]}) {
       const Edge& edge = level.edges[side];
-      for (std::uint32_t h = 0; h < 2; ++h) {
-        const bool meets = edge.vertex[h] == own.vertex[0] || edge.vertex[h] == own.vertex[1];
-        add_below(source, 2 * side + h, meets ? kUncle : kCousin);
-      }
+      const bool meets =
+          edge.vertex[0] == own.vertex[0] || edge.vertex[0] == own.vertex[1];  // or the other does
+      add(spread[0][meets ? kUncle : kCousin], 2 * side);
+      add(spread[1][meets ? kCousin : kUncle], 2 * side + 1);
       const std::uint32_t beyond = face_beyond(edge, face);
       if (beyond == kNone) continue;
-      const Triangle& far = level.triangle_edges[beyond];
-      for (std::uint32_t i = 0; i < 3; ++i)
-        if (far[i] == side || far[(i + 2) % 3] == side)
-          add_below(source, inner_begin_ + 3 * beyond + i, kCousin);
+      const std::uint32_t i = side_of(level.triangle_edges[beyond], side);
+      add_inner(beyond, i, kCousin);
+      add_inner(beyond, after(i), kCousin);
     }
   }
-}
-
-DetailContext DetailModel::look(std::uint32_t e) const {
-  DetailContext c;
-  const Around& around = around_[e];
-  const bool has_coarser = place_.coarser != nullptr;
-  c.detail = e;
-  c.kind = kind_of(e);
-  c.is_quiet = (active_[e / kBlockDetails] >> (e % kBlockDetails) & 1) == 0;
-  c.is_faint = has_coarser && around.few[kNear] + around.few[kBeside] + around.parent == 0;
-  c.tangential = around.tangential;
-  if (c.is_quiet) return c;
-  int inherited = 0;
-  if (has_coarser) {
-    inherited = around.below / 16;
-    c.expected = around.band + inherited;
-  } else {
-    c.expected = static_cast<int>(
-        (256 * std::int64_t{around.band} + kAverageWeight * std::int64_t{average_}) /
-        (around.below + kAverageWeight));
-  }
-  c.mean = around.mean / 16;
-  c.expected_bin = log_bin(c.expected);
-  c.inherited_bin = std::min(log_bin(inherited), 15);
-  c.parent_bin = std::min(log_bin(around.parent * ratio_ / 2) / 2, 8);
-  c.near = small_sum(around.few[kNear]);
-  c.far = small_sum(around.few[kFar]);
-  c.beside = small_sum(around.few[kBeside]);
-  c.beyond = small_sum(around.few[kFar] + around.few[kBeyond]);
-  c.first = small_sum(around.few[kNear] + around.few[kBeside]);
-  c.signs = around.signs;
-  return c;
-}
-
-MixedBit DetailModel::quiet_may_rise(bool has_active) {
-  MixedBit bit;
-  bit.add(counter(kRise, 2 * level() + (has_active ? 1 : 0)));
-  bit.predict_alone();
-  return bit;
-}
-
-MixedBit DetailModel::block_has_tangential(bool last_block_has) {
-  MixedBit bit;
-  bit.add(counter(kBlockTangential, 2 * level() + (last_block_has ? 1 : 0)));
-  bit.predict_alone();
-  return bit;
-}
-
-MixedBit DetailModel::is_nonzero(const DetailContext& c) {
-  MixedBit bit;
-  if (c.is_quiet) {
-    bit.add(counter(kQuiet, 3 * level() + c.kind));
-    bit.predict_alone();
-    return bit;
-  }
-  const int expected = std::min(c.expected_bin, 31);
-  if (c.is_faint) {
-    bit.add(counter(kFaint, (3 * level() + c.kind) * 32 + expected));
-    bit.predict_alone();
-    return bit;
-  }
-  const int beside = std::min(c.beside, 3);
-  bit.add(counter(kZero0, 32 * c.kind + expected));
-  bit.add(counter(kZero1, (4 * level() + c.kind) * 16 + expected / 2));
-  bit.add(counter(kZero2, ((c.near * 6 + c.far) * 4 + beside) * 3 + c.kind));
-  bit.add(counter(kZero3, (c.parent_bin * 16 + c.inherited_bin) * 3 + c.kind));
-  bit.add(counter(kZero4, (c.first * 16 + c.inherited_bin) * 3 + c.kind));
-  bit.add(counter(kZero5, (c.beyond * 16 + c.inherited_bin) * 6 + c.first));
-  bit.add(counter(kZero6,
-                  (std::min(log_bin(std::abs(c.mean) / 8), 15) * 16 + expected / 2) * 3 + c.kind));
-  bit.predict(weights_.zero[at(16 * c.kind + expected / 2)]);
-  return bit;
-}
-
-MixedBit DetailModel::is_negative(const DetailContext& c) {
-  MixedBit bit;
-  const int mean = signed_bin(c.mean), expected = std::min(c.expected_bin / 2, 7);
-  bit.add(counter(kSign0, 3 * mean + c.kind));
-  bit.add(counter(kSign1, (8 * mean + expected) * 3 + c.kind));
-  const auto& v = c.signs;
-  bit.add(counter(kSign2,
-                  ((sign5(v[kNear]) * 5 + sign5(v[kFar])) * 5 + sign5(v[kBeside])) * 3 + c.kind));
-  const int around = (sign3(v[kNear]) * 3 + sign3(v[kFar])) * 3 + sign3(v[kBeside]);
-  bit.add(counter(kSign3, 9 * around + 3 * sign3(v[kParents]) + sign3(v[kOthers])));
-  bit.predict(weights_.sign[at(c.kind)]);
-  return bit;
-}
-
-MixedBit DetailModel::is_above(const DetailContext& c, bool negative, int magnitude_class) {
-  MixedBit bit;
-  const int least = least_of_class(magnitude_class + 1);
-  // log_bin(256 least)
-  const int scale = 16 + log_bin(least);
-  const int expected = std::min(c.expected_bin, 47);
-  const int relative = std::clamp(expected - scale + 20, 0, 31);
-  const int few = std::min(magnitude_class, 3), many = std::min(magnitude_class, 19);
-  bit.add(counter(kAbove0, 32 * few + relative));
-  bit.add(counter(kAbove1, 48 * many + expected));
-  bit.add(counter(kAbove2, (8 * many + level()) * 3 + c.kind));
-  bit.add(
-      counter(kAbove3, (few * 24 + std::clamp(c.inherited_bin - scale + 20, 0, 23)) * 6 + c.first));
-  bit.add(counter(kAbove4, ((6 * many + c.far) * 6 + c.first) * 3 + c.kind));
-  const int toward = negative ? -c.mean : c.mean;
-  const int bin = std::clamp(toward / (32 * least) - 8, -20, 11) + 20;
-  bit.add(counter(kAbove5, (few * 32 + bin) * 32 + relative));
-  bit.predict(weights_.above[at(few)]);
-  return bit;
-}
-
-MixedBit DetailModel::has_tangential(const DetailContext& c, bool normal_is_zero) {
-  MixedBit bit;
-  const int around = std::min(c.tangential, 3);
-  const int edge = place_.level->edges[c.detail].is_boundary() ? 1 : 0;
-  bit.add(counter(kTangential0, ((edge * 4 + around) * 2 + (normal_is_zero ? 1 : 0)) * 3 + c.kind));
-  bit.add(counter(kTangential1, (edge * 8 + level()) * 4 + around));
-  bit.add(counter(kTangential2, edge * 16 + std::min(c.expected_bin / 2, 15)));
-  bit.predict(weights_.tangential[at(edge)]);
-  return bit;
-}
-
-MixedBit DetailModel::tangential_is_nonzero(const DetailContext& c, int component) {
-  MixedBit bit;
-  const int place = 2 * component + (place_.level->edges[c.detail].is_boundary() ? 1 : 0);
-  bit.add(counter(kTangentialZero0, 4 * place + std::min(c.tangential, 3)));
-  bit.add(counter(kTangentialZero1, 3 * place + c.kind));
-  bit.predict(weights_.tangential_zero);
-  return bit;
-}
-
-MixedBit DetailModel::tangential_is_negative(const DetailContext& c, int component) {
-  MixedBit bit;
-  const int edge = place_.level->edges[c.detail].is_boundary() ? 1 : 0;
-  bit.add(counter(kTangentialSign, 2 * component + edge));
-  bit.predict_alone();
-  return bit;
-}
-
-MixedBit DetailModel::tangential_is_above(const DetailContext& c, int component,
-                                          int magnitude_class) {
-  MixedBit bit;
-  bit.add(counter(kTangentialAbove0, component * kMagnitudeClasses + magnitude_class));
-  const int around = std::min(log_bin(c.tangential), 7);
-  bit.add(counter(kTangentialAbove1, around * kMagnitudeClasses + magnitude_class));
-  bit.predict(weights_.tangential_above);
-  return bit;
 }
 
 }  // namespace nacre::entropy

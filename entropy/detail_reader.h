@@ -15,7 +15,8 @@ namespace nacre::entropy {
 struct DetailReader {
   ArithmeticDecoder decoder;
 
-  bool bit(MixedBit mixed, bool) {
+  template <class Bit>
+  bool bit(Bit mixed, bool) {
     const bool value = decoder.decode_bit(mixed.probability());
     mixed.update(value);
     return value;

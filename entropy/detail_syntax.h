@@ -6,7 +6,7 @@
 #include "entropy/detail_model.h"
 
 /// The order of a detail's bits, once for the encoder and the decoder. A Coder has
-///   bool bit(MixedBit bit, bool value)    codes the bit; a decoder returns its own
+///   bool bit(Bit bit, bool value)         codes a SingleBit or MixedBit; a decoder returns its own
 ///   uint32_t raw(int count, uint32_t bits)
 namespace nacre::entropy {
 
@@ -30,7 +30,9 @@ std::int32_t code_magnitude(Coder& coder, std::int32_t magnitude, const IsAbove&
 template <class Coder>
 std::int32_t code_normal(Coder& coder, DetailModel& model, const DetailContext& context,
                          std::int32_t normal) {
-  if (!coder.bit(model.is_nonzero(context), normal != 0)) return 0;
+  const bool any = context.is_faint ? coder.bit(model.faint_is_nonzero(context), normal != 0)
+                                    : coder.bit(model.is_nonzero(context), normal != 0);
+  if (!any) return 0;
   const bool negative = coder.bit(model.is_negative(context), normal < 0);
   const std::int32_t magnitude = code_magnitude(
       coder, std::abs(normal), [&](int c) { return model.is_above(context, negative, c); });

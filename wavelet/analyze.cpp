@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <cassert>
 #include <string>
 
+#include "base/parallel.h"
 #include "wavelet/frames.h"
 #include "wavelet/loop_inverse.h"
 #include "wavelet/refine.h"
@@ -36,6 +38,22 @@ Result<std::vector<std::vector<Vec3>>> coarsen(const Topology& topology,
 }
 
 }  // namespace
+
+LevelPrediction predict(const Topology& topology, int level_index, std::span<const Vec3> coarse) {
+  const LevelTopology& level = topology.level(level_index);
+  assert(coarse.size() == level.vertex_count);
+  const std::vector<Vec3> predicted =
+      Refiner(topology, Transform::kButterfly).predict(level_index, coarse);
+  LevelPrediction result;
+  result.points.assign(predicted.begin() + level.vertex_count, predicted.end());
+  result.frames.resize(result.points.size());
+  parallel_for_each_index(result.frames.size(), [&](std::size_t i) {
+    const auto e = static_cast<std::uint32_t>(i);
+    result.frames[i] =
+        frame_of(midpoint_normal(level, predicted, e), edge_vector(level, predicted, e));
+  });
+  return result;
+}
 
 Result<Pyramid> analyze(const Topology& topology, std::span<const Vec3> positions,
                         Transform transform) {

@@ -97,8 +97,19 @@ void ButterflyMask::find_rings() {
 
 void ButterflyMask::predict(int level_index, std::span<const Vec3> coarse,
                             std::span<Vec3> points) const {
-  const LevelTopology& level = topology_.level(level_index);
-  assert(coarse.size() >= level.vertex_count && points.size() == level.edges.size());
+  assert(coarse.size() >= topology_.level(level_index).vertex_count &&
+         points.size() == topology_.level(level_index).edges.size());
+  if (level_index == 0) {
+    predict_base(coarse, points);
+  } else {
+    predict_split(level_index, coarse, points);
+  }
+  for (std::size_t ring = 0; ring + 1 < ring_begin_.size(); ++ring)
+    predict_ring(level_index, ring, coarse, points);
+}
+
+void ButterflyMask::predict_base(std::span<const Vec3> coarse, std::span<Vec3> points) const {
+  const LevelTopology& level = topology_.level(0);
   for (std::uint32_t e = 0; e < points.size(); ++e) {
     const Edge& edge = level.edges[e];
     points[e] = edge.is_boundary() ? four_point(level, coarse, e)
@@ -117,8 +128,67 @@ void ButterflyMask::predict(int level_index, std::span<const Vec3> coarse,
       points[edges[k]] += coarse[t[k2]] * 0.125 - (across[k1] + across[k2]) * 0.0625;
     }
   }
-  for (std::size_t ring = 0; ring + 1 < ring_begin_.size(); ++ring)
-    predict_ring(level_index, ring, coarse, points);
+}
+
+// The same, four triangles at a time by the one that was split: its neighbours have all the wings,
+// which are midpoints of their sides, and inside of it there is nothing to look up.
+void ButterflyMask::predict_split(int level_index, std::span<const Vec3> coarse,
+                                  std::span<Vec3> points) const {
+  const LevelTopology& level = topology_.level(level_index);
+  const LevelTopology& parent = topology_.level(level_index - 1);
+  const Vec3* const p = coarse.data();
+  const Vec3* const middle = p + parent.vertex_count;  // of the parent's edges
+  const auto parent_edges = static_cast<std::uint32_t>(parent.edges.size());
+  for (std::uint32_t e = 0; e < parent_edges; ++e) {
+    const Edge& edge = parent.edges[e];
+    if (edge.is_boundary()) {
+      for (const std::uint32_t half : {2 * e, 2 * e + 1})
+        points[half] = four_point(level, coarse, half);
+      continue;
+    }
+    points[2 * e] = (p[edge.vertex[0]] + middle[e]) * 0.5;
+    points[2 * e + 1] = (middle[e] + p[edge.vertex[1]]) * 0.5;
+  }
+  for (std::uint32_t f = 0; f < parent.triangles.size(); ++f) {
+    const Triangle& corners = parent.triangles[f];
+    const Triangle& sides = parent.triangle_edges[f];
+    std::array<Vec3, 3> at, mid;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      at[k] = p[corners[k]];
+      mid[k] = middle[sides[k]];
+    }
+    // Of the halves of side k at corner k and at the next one: where they are, and their wings.
+    std::array<std::array<std::uint32_t, 2>, 3> half;
+    std::array<std::array<Vec3, 2>, 3> across;
+    std::array<bool, 3> is_boundary;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t k1 = next_side(k), k2 = next_side(k1);
+      const Edge& edge = parent.edges[sides[k]];
+      const std::uint32_t first = edge.vertex[0] == corners[k] ? 0 : 1;
+      half[k] = {2 * sides[k] + first, 2 * sides[k] + (1 - first)};
+      is_boundary[k] = edge.is_boundary();
+      if (is_boundary[k]) {
+        across[k] = {(at[k] + mid[k]) - mid[k2], (mid[k] + at[k1]) - mid[k1]};
+        continue;
+      }
+      // The other triangle has the side the other way round.
+      const Triangle& beyond = parent.triangle_edges[face_beyond(edge, f)];
+      const std::uint32_t q1 = next_side(side_of(beyond, sides[k])), q2 = next_side(q1);
+      across[k] = {middle[beyond[q1]], middle[beyond[q2]]};
+    }
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      // The triangle at corner k, its sides' wings in order: beyond side k, the middle triangle,
+      // and beyond the side before.
+      const std::uint32_t k1 = next_side(k), k2 = next_side(k1);
+      const Vec3 &out = across[k][0], &in = across[k2][1];
+      if (!is_boundary[k]) points[half[k][0]] += mid[k2] * 0.125 - (mid[k1] + in) * 0.0625;
+      if (!is_boundary[k2]) points[half[k2][1]] += mid[k] * 0.125 - (out + mid[k1]) * 0.0625;
+      Vec3 inner = (mid[k] + mid[k2]) * 0.5;
+      inner += at[k] * 0.125 - (in + out) * 0.0625;
+      inner += mid[k1] * 0.125 - (at[k1] + at[k2]) * 0.0625;  // of the middle triangle
+      points[2 * parent_edges + 3 * f + k] = inner;
+    }
+  }
 }
 
 void ButterflyMask::predict_ring(int level_index, std::size_t ring, std::span<const Vec3> coarse,

@@ -40,6 +40,8 @@ class ButterflyMask {
   };
 
   void find_rings();
+  void predict_base(std::span<const Vec3> coarse, std::span<Vec3> points) const;
+  void predict_split(int level, std::span<const Vec3> coarse, std::span<Vec3> points) const;
   void predict_ring(int level, std::size_t ring, std::span<const Vec3> coarse,
                     std::span<Vec3> points) const;
 

@@ -3,26 +3,10 @@
 #include <cmath>
 #include <string>
 
-#include "wavelet/butterfly_mask.h"
-#include "wavelet/frames.h"
 #include "wavelet/refine.h"
 #include "wavelet/wavelet.h"
 
 namespace nacre::wavelet {
-
-LevelPrediction predict(const Topology& topology, int level_index, std::span<const Vec3> coarse) {
-  const LevelTopology& level = topology.level(level_index);
-  assert(coarse.size() == level.vertex_count);
-  const std::vector<Vec3> predicted =
-      Refiner(topology, Transform::kButterfly).predict(level_index, coarse);
-  LevelPrediction result;
-  result.points.assign(predicted.begin() + level.vertex_count, predicted.end());
-  result.frames.resize(result.points.size());
-  for (std::uint32_t e = 0; e < result.frames.size(); ++e)
-    result.frames[e] =
-        frame_of(midpoint_normal(level, predicted, e), edge_vector(level, predicted, e));
-  return result;
-}
 
 Result<std::vector<Vec3>> synthesize(const Topology& topology, const Pyramid& pyramid,
                                      Transform transform, int levels) {

@@ -116,10 +116,7 @@ TEST(BinaryModel, MixerTrustsTheContextThatKnows) {
   double cost = 0;
   for (int i = 0; i < 4000; ++i) {
     const bool hint = random.below(2) != 0, value = random.below(10) == 0 ? !hint : hint;
-    MixedBit bit;
-    bit.add(blind[0]);
-    bit.add(knows[hint ? 1 : 0]);
-    bit.predict(weights);
+    MixedBit<2> bit(weights, {&blind[0], &knows[hint ? 1 : 0]});
     if (i >= 1000) cost += bit.cost(value) / 4096.0 / 3000;
     bit.update(value);
   }
