@@ -10,17 +10,22 @@
 
 namespace nacre::wavelet {
 
-LevelPrediction predict(const Topology& topology, int level_index, std::span<const Vec3> coarse) {
-  const LevelTopology& level = topology.level(level_index);
-  assert(coarse.size() == level.vertex_count);
-  const std::vector<Vec3> predicted =
-      Refiner(topology, Transform::kButterfly).predict(level_index, coarse);
+PredictedLevel predict_level(const Topology& topology, int level, std::span<const Vec3> coarse) {
+  assert(coarse.size() == topology.level(level).vertex_count);
+  const auto frame_at = [](const LevelTopology& at, std::span<const Vec3> p, std::uint32_t e) {
+    return frame_of(midpoint_normal(at, p, e), edge_vector(at, p, e));
+  };
+  return {&topology.level(level), Refiner(topology, Transform::kButterfly).predict(level, coarse),
+          frame_at};
+}
+
+LevelPrediction predict(const Topology& topology, int level, std::span<const Vec3> coarse) {
+  const PredictedLevel predicted = predict_level(topology, level, coarse);
   LevelPrediction result;
-  result.points.assign(predicted.begin() + level.vertex_count, predicted.end());
+  result.points.assign(predicted.positions.begin() + topology.level(level).vertex_count,
+                       predicted.positions.end());
   result.frames.resize(result.points.size());
-  for (std::uint32_t e = 0; e < result.frames.size(); ++e)
-    result.frames[e] =
-        frame_of(midpoint_normal(level, predicted, e), edge_vector(level, predicted, e));
+  for (std::size_t e = 0; e < result.frames.size(); ++e) result.frames[e] = predicted.frame(e);
   return result;
 }
 
