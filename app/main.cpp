@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <malloc.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 
@@ -10,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "app/allocator.h"
 #include "app/batch/verbs.h"
 #include "app/cli.h"
 #include "app/exit_code.h"
@@ -71,8 +71,7 @@ int fail(const Error& error) {
 }
 
 int run_main(const std::vector<std::string>& arguments) {
-  // What one thread frees another can have: half the memory, and no slower.
-  mallopt(M_ARENA_MAX, 1);
+  set_up_allocator();
   const Result<Command> command = parse_command_line(arguments);
   if (!command) return fail(command.error());
   const Result<int> done = run(*command);

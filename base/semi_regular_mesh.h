@@ -36,9 +36,29 @@ struct LevelPrediction {
   std::vector<Frame> frames;
 };
 
+/// The same with frames made when they are asked for: a frame is three times as large as a point.
+struct PredictedLevel {
+  using FrameAt = Frame (*)(const LevelTopology& coarse, std::span<const Vec3> positions,
+                            std::uint32_t edge);
+
+  const LevelTopology* coarse = nullptr;
+  std::vector<Vec3> positions;  ///< of level + 1: the coarse vertices, then the edges' midpoints
+  FrameAt frame_at = nullptr;
+
+  [[nodiscard]] std::size_t size() const { return positions.size() - coarse->vertex_count; }
+  /// Both of the midpoint of edge e.
+  [[nodiscard]] const Vec3& point(std::size_t e) const {
+    return positions[coarse->vertex_count + e];
+  }
+  [[nodiscard]] Frame frame(std::size_t e) const {
+    return frame_at(*coarse, positions, static_cast<std::uint32_t>(e));
+  }
+};
+
 /// Predicts band `level` from the positions of level `level`. `wavelet/` provides them; `remesh/`
-/// takes one, so that it pierces along exactly the normals in which the details are coded.
+/// takes one, so that it pierces along exactly the normals in which the details are coded. The
+/// topology has to outlive what is returned.
 using LevelPredictor =
-    std::function<LevelPrediction(const Topology&, int level, std::span<const Vec3> coarse)>;
+    std::function<PredictedLevel(const Topology&, int level, std::span<const Vec3> coarse)>;
 
 }  // namespace nacre

@@ -85,13 +85,8 @@ LevelTopology split(const LevelTopology& level, bool with_edges) {
   LevelTopology next;
   next.vertex_count = V + E;
   next.triangles.resize(4 * static_cast<std::size_t>(F));
-  for (std::uint32_t f = 0; f < F; ++f) {
-    const Triangle& t = level.triangles[f];
-    const Triangle& e = level.triangle_edges[f];
-    const Triangle m = {V + e[0], V + e[1], V + e[2]};
-    for (std::uint32_t k = 0; k < 3; ++k) next.triangles[4 * f + k] = {t[k], m[k], m[(k + 2) % 3]};
-    next.triangles[4 * f + 3] = m;
-  }
+  for (std::size_t i = 0; i < next.triangles.size(); ++i)
+    next.triangles[i] = level.child(i / 4, i % 4);
   if (!with_edges) return next;
 
   next.edges.resize(2 * static_cast<std::size_t>(E) + 3 * static_cast<std::size_t>(F));

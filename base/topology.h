@@ -26,6 +26,13 @@ struct LevelTopology {
 
   /// The corner of `triangle` that is not on `edge`.
   [[nodiscard]] std::uint32_t opposite_corner(std::uint32_t triangle, std::uint32_t edge) const;
+  /// Triangle 4 f + k of the next level.
+  [[nodiscard]] Triangle child(std::size_t f, std::size_t k) const {
+    const std::uint32_t v = vertex_count;
+    const Triangle& e = triangle_edges[f];
+    if (k == 3) return {v + e[0], v + e[1], v + e[2]};
+    return {triangles[f][k], v + e[k], v + e[k == 0 ? 2 : k - 1]};
+  }
 };
 
 /// Connectivity of a semi-regular mesh: a base mesh and its 1→4 splits, numbered canonically.
@@ -48,7 +55,8 @@ class Topology {
   ///          kLimitExceeded if the finest level would not fit in 32-bit ids.
   static Result<Topology> build(std::span<const Triangle> base_triangles,
                                 std::uint32_t base_vertex_count, int level_count);
-  /// The same, with a finest level that has only its vertex count: all that decoding needs.
+  /// The same, with a finest level that has only its vertex count: all that decoding needs. Its
+  /// triangles, half of the memory of all levels, are made by triangle() when they are asked for.
   static Result<Topology> build_for_decoding(std::span<const Triangle> base_triangles,
                                              std::uint32_t base_vertex_count, int level_count);
 
@@ -57,6 +65,14 @@ class Topology {
   [[nodiscard]] int level_count() const { return static_cast<int>(levels_.size()) - 1; }
   [[nodiscard]] const LevelTopology& level(int j) const { return levels_[static_cast<size_t>(j)]; }
   [[nodiscard]] std::uint32_t vertex_count() const { return levels_.back().vertex_count; }
+  [[nodiscard]] std::size_t triangle_count(int j) const {
+    return levels_.front().triangles.size() << (2 * j);
+  }
+  /// Of any level, also of a finest one that has only its vertex count.
+  [[nodiscard]] Triangle triangle(int j, std::size_t i) const {
+    const auto& stored = level(j).triangles;
+    return stored.empty() ? level(j - 1).child(i / 4, i % 4) : stored[i];
+  }
   [[nodiscard]] std::uint32_t band_size(int j) const {
     return level(j + 1).vertex_count - level(j).vertex_count;
   }

@@ -17,6 +17,7 @@
 #include <sstream>
 #include <utility>
 
+#include "app/allocator.h"
 #include "app/report.h"
 #include "app/sizes.h"
 #include "base/topology.h"
@@ -303,6 +304,7 @@ int run(const Settings& settings) {
 }
 
 int main_of(int argc, char** argv) {
+  app::set_up_allocator();
   Settings settings;
   CLI::App app("Time and memory of remeshing against size", "remesh_scaling");
   app.add_option("--source", settings.source, "The scan whose sizes are made; default: horse");
@@ -322,7 +324,7 @@ int main_of(int argc, char** argv) {
   app.add_option("--remesh", settings.remesh_file, "Remesh this file and print what it took");
   app.add_option("--simplify", settings.simplify_file, "Simplify this file and print what it took");
   CLI11_PARSE(app, argc, argv);
-  settings.remesh.predict = wavelet::predict;
+  settings.remesh.predict = wavelet::predict_level;
   if (!settings.make.empty() || !settings.remesh_file.empty() || !settings.simplify_file.empty())
     return run_child_job(settings);
   if (settings.source.empty()) settings.source = corpus::mesh("horse.ply").string();

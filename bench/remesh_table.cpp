@@ -16,6 +16,7 @@
 #include <string_view>
 #include <utility>
 
+#include "app/allocator.h"
 #include "app/files.h"
 #include "app/report.h"
 #include "bench/remesh_measure.h"
@@ -255,6 +256,7 @@ int run_table(const Settings& settings, const std::vector<std::string>& passed_o
 }
 
 int main_of(int argc, char** argv) {
+  app::set_up_allocator();
   Settings settings;
   CLI::App app("Remeshes scans and tells how healthy the results are", "remesh_table");
   app.add_option("MESH", settings.meshes, "Scans; default: all of the corpus");
@@ -266,7 +268,7 @@ int main_of(int argc, char** argv) {
   app.add_option("--base-vertices", settings.remesh.base_vertices, "0: as remesh chooses");
   app.add_flag("--coding", settings.coding, "Compare with the error of coding at 16 kB");
   CLI11_PARSE(app, argc, argv);
-  settings.remesh.predict = wavelet::predict;
+  settings.remesh.predict = wavelet::predict_level;
   if (!settings.row.empty()) return run_row(settings);
   if (settings.meshes.empty()) settings.meshes = corpus_meshes();
   print_head(argc, argv);

@@ -138,6 +138,15 @@ Scan centroids(const Scan& mesh) {
   return out;
 }
 
+std::vector<Triangle> finest_triangles(const SemiRegularMesh& mesh) {
+  const auto topology =
+      Topology::build_for_decoding(mesh.base_triangles, mesh.base_vertex_count, mesh.level_count);
+  std::vector<Triangle> triangles(topology->triangle_count(mesh.level_count));
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    triangles[i] = topology->triangle(mesh.level_count, i);
+  return triangles;
+}
+
 /// Vertices whose place is no number move to the origin; 1 for base triangles that have such.
 std::vector<char> mend_broken(Scan& fine, std::size_t base_triangles) {
   std::vector<char> broken(base_triangles, 0);
@@ -172,9 +181,7 @@ void judge(const Scan& scan, const LineTree& tree, std::size_t turned,
   trial.unhealthy.assign(trial.map.base.triangles.size(), 0);
   if (!pierced) return;
   const SemiRegularMesh& mesh = pierced->mesh;
-  const auto topology =
-      Topology::build(mesh.base_triangles, mesh.base_vertex_count, mesh.level_count);
-  Scan fine{mesh.positions, topology->level(mesh.level_count).triangles, mesh.origin};
+  Scan fine{mesh.positions, finest_triangles(mesh), mesh.origin};
   const std::vector<char> broken = mend_broken(fine, trial.map.base.triangles.size());
   const LineTree fine_tree(fine);
   const Distances missed = distances(scan, fine_tree, fine);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <CGAL/AABB_face_graph_triangle_primitive.h>
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
-#include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Simple_cartesian.h>
 
 #include <algorithm>
+#include <boost/iterator/transform_iterator.hpp>
 #include <cmath>
 
 #include "remesh/pierce.h"
@@ -14,49 +13,92 @@ namespace nacre::remesh {
 namespace {
 
 using Kernel = CGAL::Simple_cartesian<double>;
-using Iterator = std::vector<Kernel::Triangle_3>::const_iterator;
-using Primitive = CGAL::AABB_triangle_primitive<Kernel, Iterator>;
-using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 
 Kernel::Point_3 to_cgal(const Vec3& p) { return {p[0], p[1], p[2]}; }
+
+Kernel::Triangle_3 triangle_of(const Scan& scan, std::uint32_t face) {
+  const Triangle& t = scan.triangles[face];
+  return {to_cgal(scan.positions[t[0]]), to_cgal(scan.positions[t[1]]),
+          to_cgal(scan.positions[t[2]])};
+}
+
+/// A triangle by its number: CGAL's own primitives would keep a copy of each, 72 bytes, which is
+/// more than all the rest of the tree.
+class Primitive {
+ public:
+  using Id = std::uint32_t;
+  using Point = Kernel::Point_3;
+  using Datum = Kernel::Triangle_3;
+  using Point_reference = Point;
+  using Datum_reference = Datum;
+  using Shared_data = const Scan*;
+
+  Primitive(std::vector<std::uint32_t>::const_iterator face, const Scan*) : face_(*face) {}
+  static Shared_data construct_shared_data(const Scan* scan) { return scan; }
+  [[nodiscard]] Id id() const { return face_; }
+  [[nodiscard]] Datum datum(const Scan* scan) const { return triangle_of(*scan, face_); }
+  [[nodiscard]] Point reference_point(const Scan* scan) const {
+    return to_cgal(scan->positions[scan->triangles[face_][0]]);
+  }
+
+ private:
+  std::uint32_t face_;
+};
+using Traits = CGAL::AABB_traits<Kernel, Primitive>;
+using Tree = CGAL::AABB_tree<Traits>;
+
+/// Lists what a tree holds, in its own order.
+struct Lister {
+  std::vector<std::uint32_t>& faces;
+
+  [[nodiscard]] static bool go_further() { return true; }
+  [[nodiscard]] static bool do_intersect(int, const CGAL::AABB_node<Traits>&) { return true; }
+  void intersection(int, const Primitive& primitive) const { faces.push_back(primitive.id()); }
+};
+
+/// As CGAL does by itself, where it would hold all points three times meanwhile. `room` is to work
+/// in.
+void prepare_distances(const Scan& scan, std::vector<std::uint32_t>& room, Tree& tree) {
+  room.clear();
+  Lister lister{room};
+  tree.traversal(0, lister);
+  const auto start_of = [&](std::uint32_t face) {
+    return Traits::Point_and_primitive_id(to_cgal(scan.positions[scan.triangles[face][0]]), face);
+  };
+  tree.accelerate_distance_queries(boost::make_transform_iterator(room.cbegin(), start_of),
+                                   boost::make_transform_iterator(room.cend(), start_of));
+}
 
 }  // namespace
 
 struct LineTree::Impl {
   const Scan* scan = nullptr;
-  std::vector<Kernel::Triangle_3> triangles;
-  std::vector<std::uint32_t> face;  // of each triangle of the tree
   Tree tree;
 };
 
 LineTree::LineTree(const Scan& scan) {
   auto impl = std::make_shared<Impl>();
   impl->scan = &scan;
-  for (std::uint32_t f = 0; f < scan.triangles.size(); ++f) {
-    const Triangle& t = scan.triangles[f];
-    const Kernel::Triangle_3 triangle(to_cgal(scan.positions[t[0]]), to_cgal(scan.positions[t[1]]),
-                                      to_cgal(scan.positions[t[2]]));
-    if (triangle.is_degenerate()) continue;
-    impl->triangles.push_back(triangle);
-    impl->face.push_back(f);
-  }
-  impl->tree.insert(impl->triangles.cbegin(), impl->triangles.cend());
+  std::vector<std::uint32_t> faces;
+  faces.reserve(scan.triangles.size());
+  for (std::uint32_t f = 0; f < scan.triangles.size(); ++f)
+    if (!triangle_of(scan, f).is_degenerate()) faces.push_back(f);
+  impl->tree.insert(faces.cbegin(), faces.cend(), &scan);
   impl->tree.build();
-  impl->tree.accelerate_distance_queries();
+  if (!faces.empty()) prepare_distances(scan, faces, impl->tree);
   impl_ = std::move(impl);
 }
 
 std::vector<LineTree::Hit> LineTree::hits(const Vec3& origin, const Vec3& direction,
                                           double reach) const {
   std::vector<Hit> found;
-  if (impl_->triangles.empty()) return found;
+  if (impl_->tree.empty()) return found;
   const Vec3 from = origin - reach * direction, to = origin + reach * direction;
-  std::vector<Iterator> primitives;
+  std::vector<std::uint32_t> faces;
   impl_->tree.all_intersected_primitives(Kernel::Segment_3(to_cgal(from), to_cgal(to)),
-                                         std::back_inserter(primitives));
+                                         std::back_inserter(faces));
   const Scan& scan = *impl_->scan;
-  for (const Iterator it : primitives) {
-    const std::uint32_t f = impl_->face[static_cast<std::size_t>(it - impl_->triangles.cbegin())];
+  for (const std::uint32_t f : faces) {
     const Triangle& t = scan.triangles[f];
     // [MollerTrumbore1997], with the weights clamped: CGAL has already said that they meet.
     const Vec3 e1 = scan.positions[t[1]] - scan.positions[t[0]];
@@ -78,9 +120,8 @@ std::vector<LineTree::Hit> LineTree::hits(const Vec3& origin, const Vec3& direct
 }
 
 SurfacePoint LineTree::nearest(const Vec3& query) const {
-  if (impl_->triangles.empty()) return {0, {1, 0, 0}};  // no area anywhere: any point will do
-  const auto [point, it] = impl_->tree.closest_point_and_primitive(to_cgal(query));
-  const std::uint32_t f = impl_->face[static_cast<std::size_t>(it - impl_->triangles.cbegin())];
+  if (impl_->tree.empty()) return {0, {1, 0, 0}};  // no area anywhere: any point will do
+  const auto [point, f] = impl_->tree.closest_point_and_primitive(to_cgal(query));
   const Triangle& t = impl_->scan->triangles[f];
   const Vec3 &a = impl_->scan->positions[t[0]], &b = impl_->scan->positions[t[1]],
              &c = impl_->scan->positions[t[2]];

@@ -45,9 +45,7 @@ const std::array<PatchUnfolder::Attempt, 3> PatchUnfolder::kAttempts = {
 std::vector<std::uint32_t> PatchUnfolder::run(std::vector<std::uint32_t> folded,
                                               std::size_t most_moves) {
   moves_left_ = most_moves;
-  const auto is_well = [&](std::uint32_t t) {
-    return !mesh_.is_folded(topology_.level(level_).triangles[t]);
-  };
+  const auto is_well = [&](std::uint32_t t) { return !mesh_.is_folded(mesh_.triangle(level_, t)); };
   for (const int rings : kRings) {
     std::vector<std::uint32_t> touched;
     for (const std::uint32_t t : folded) {
@@ -87,13 +85,12 @@ bool PatchUnfolder::collect_around(std::uint32_t vertex, std::uint32_t triangle,
                                    std::vector<std::uint32_t>& triangles) {
   const std::uint32_t older = level_ > 0 ? topology_.level(level_ - 1).vertex_count : 0;
   const LevelTopology& coarse = topology_.level(std::max(level_ - 1, 0));
-  const auto& fine = topology_.level(level_).triangles;
   if (level_ > 0 && vertex >= older) {
     const Edge& edge = coarse.edges[vertex - older];
     if (edge.is_boundary()) return false;
     for (const std::uint32_t face : edge.face) {
       for (std::uint32_t child = 4 * face; child < 4 * face + 4; ++child) {
-        const Triangle& t = fine[child];
+        const Triangle t = mesh_.triangle(level_, child);
         if (t[0] == vertex || t[1] == vertex || t[2] == vertex) triangles.push_back(child);
       }
     }
@@ -117,7 +114,6 @@ bool PatchUnfolder::collect_around(std::uint32_t vertex, std::uint32_t triangle,
 }
 
 void PatchUnfolder::collect(std::uint32_t folded_triangle, int rings) {
-  const auto& fine = topology_.level(level_).triangles;
   triangles_.assign(1, folded_triangle);
   for (int r = 0; r < rings; ++r) {
     vertices_.clear();
@@ -125,7 +121,7 @@ void PatchUnfolder::collect(std::uint32_t folded_triangle, int rings) {
     start_.assign(1, 0);
     std::vector<std::array<std::uint32_t, 2>> corners;  // vertex, a triangle that has it
     for (const std::uint32_t t : triangles_)
-      for (const std::uint32_t v : fine[t]) corners.push_back({v, t});
+      for (const std::uint32_t v : mesh_.triangle(level_, t)) corners.push_back({v, t});
     std::sort(corners.begin(), corners.end());
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const auto [v, t] = corners[i];
@@ -139,8 +135,10 @@ void PatchUnfolder::collect(std::uint32_t folded_triangle, int rings) {
   // Around an inner vertex each neighbour follows it in exactly one triangle.
   ring_.clear();
   for (std::size_t i = 0; i < vertices_.size(); ++i)
-    for (const std::uint32_t t : around(i))
-      ring_.push_back(fine[t][(corner_of(fine[t], vertices_[i]) + 1) % 3]);
+    for (const std::uint32_t t : around(i)) {
+      const Triangle c = mesh_.triangle(level_, t);
+      ring_.push_back(c[(corner_of(c, vertices_[i]) + 1) % 3]);
+    }
 }
 
 void PatchUnfolder::smooth(Middle middle) {
@@ -194,12 +192,12 @@ void PatchUnfolder::move(std::size_t i, Middle middle) {
 
 std::optional<SurfacePoint> PatchUnfolder::middle_in_domain(std::size_t i) {
   const std::uint32_t v = vertices_[i];
-  faces_.assign(1, mesh_.domain[v].face);
-  for (const std::uint32_t w : ring(i)) faces_.push_back(mesh_.domain[w].face);
+  faces_.assign(1, mesh_.domain(v).face);
+  for (const std::uint32_t w : ring(i)) faces_.push_back(mesh_.domain(w).face);
   const auto chart = mesh_.map().atlas().common_chart(faces_);
   if (!chart) return std::nullopt;
   Vec2 sum = Vec2::Zero();
-  for (const std::uint32_t w : ring(i)) sum += *chart->map(mesh_.domain[w]);
+  for (const std::uint32_t w : ring(i)) sum += *chart->map(mesh_.domain(w));
   const DomainPoint middle = chart->unmap(sum / static_cast<double>(ring(i).size()));
   return mesh_.map().to_surface(middle, mesh_.surface[v].face);
 }
@@ -236,7 +234,7 @@ void PatchUnfolder::give_back_missed(const std::vector<Refinement::Place>& befor
     for (const std::uint32_t w : ring(i)) length += (p[w] - left).norm();
     length /= static_cast<double>(ring(i).size());
     for (const std::uint32_t t : triangles_) {
-      const Triangle& c = topology_.level(level_).triangles[t];
+      const Triangle c = mesh_.triangle(level_, t);
       nearest = std::min(nearest, distance_to_triangle(left, p[c[0]], p[c[1]], p[c[2]]));
     }
     if (nearest > kMostMissed * length || (p[vertices_[i]] - left).norm() > length)
@@ -247,7 +245,7 @@ void PatchUnfolder::give_back_missed(const std::vector<Refinement::Place>& befor
 double PatchUnfolder::badness(std::span<const std::uint32_t> triangles) const {
   double sum = 0;
   for (const std::uint32_t t : triangles) {
-    const Triangle& triangle = topology_.level(level_).triangles[t];
+    const Triangle triangle = mesh_.triangle(level_, t);
     const double facing = mesh_.facing(triangle);
     sum += (facing < 0 ? 1 - facing : 0) + kPerCosine * std::max(0.0, kGood - facing);
     const auto area = mesh_.domain_area(triangle, t >> (2 * level_));

@@ -39,7 +39,7 @@ class Piercer {
     const std::size_t count = mesh_.topology().level(level).edges.size();
     mesh_.resize(old + count);
     {
-      const LevelPrediction prediction = predict_(mesh_.topology(), level, coarse(level));
+      const PredictedLevel prediction = predict_(mesh_.topology(), level, coarse(level));
       parallel_for_each_index(
           count, [&](std::size_t e) { place(level, e, old + e, prediction); }, 64);
       folded_.push_back(unfold(mesh_, level, prediction, options_.reach));
@@ -111,14 +111,14 @@ class Piercer {
 
   /// Places those normal vertices anew that are off the line along which they are predicted now.
   void place_again(int band) {
-    const LevelPrediction prediction = predict_(mesh_.topology(), band, coarse(band));
+    const PredictedLevel prediction = predict_(mesh_.topology(), band, coarse(band));
     const std::uint32_t first = mesh_.topology().level(band).vertex_count;
-    const auto off = indices_where(prediction.points.size(), [&](std::size_t e) {
-      const Vec3 offset = mesh_.positions[first + e] - prediction.points[e];
-      const Vec3& normal = prediction.frames[e].normal;
-      const double length = kOffLine * (offset.norm() + prediction.points[e].norm());
-      return mesh_.kind[first + e] == Refinement::kNormal &&
-             (offset - normal.dot(offset) * normal).norm() > length;
+    const auto off = indices_where(prediction.size(), [&](std::size_t e) {
+      if (mesh_.kind[first + e] != Refinement::kNormal) return false;
+      const Vec3 offset = mesh_.positions[first + e] - prediction.point(e);
+      const Vec3 normal = prediction.frame(e).normal;
+      const double length = kOffLine * (offset.norm() + prediction.point(e).norm());
+      return (offset - normal.dot(offset) * normal).norm() > length;
     });
     for (const std::uint32_t e : off) place(band, e, first + e, prediction);
     folded_[static_cast<std::size_t>(band)] = unfold(mesh_, band, prediction, options_.reach);
@@ -135,8 +135,9 @@ class Piercer {
     for (std::uint32_t f = 0; f < base.triangles.size(); ++f) {
       for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t v = base.triangles[f][k];
-        mesh_.domain[v] = {f, {}};
-        mesh_.domain[v].weight[k] = 1;
+        DomainPoint corner{f, {}};
+        corner.weight[k] = 1;
+        mesh_.set_domain(v, corner);
         if (base.neighbors[f][k] == kNone)
           boundary[v] = boundary[base.triangles[f][(k + 1) % 3]] = 1;
       }
@@ -150,7 +151,7 @@ class Piercer {
       } else if (!base.moved.empty() && base.moved[v].face != kNone) {
         point = base.moved[v];
       } else {
-        point = mesh_.map().to_surface(mesh_.domain[v], start);
+        point = mesh_.map().to_surface(mesh_.domain(v), start);
       }
       mesh_.positions[v] = position_of(point, scan.triangles, scan.positions);
     }
@@ -159,15 +160,15 @@ class Piercer {
     std::fill(mesh_.kind.begin(), mesh_.kind.end(), Refinement::kNormal);
   }
 
-  void place(int level, std::size_t e, std::size_t vertex, const LevelPrediction& prediction) {
+  void place(int level, std::size_t e, std::size_t vertex, const PredictedLevel& prediction) {
     const Edge& edge = mesh_.topology().level(level).edges[e];
     const std::uint32_t base_face = edge.face[0] >> (2 * level);
-    if (edge.is_boundary() && place_on_boundary(edge, base_face, vertex, prediction.points[e],
-                                                prediction.frames[e].tangent2))
+    const Vec3& predicted = prediction.point(e);
+    const Frame frame = prediction.frame(e);
+    if (edge.is_boundary() && place_on_boundary(edge, base_face, vertex, predicted, frame.tangent2))
       return;
 
-    const Vec3& predicted = prediction.points[e];
-    const Vec3& normal = prediction.frames[e].normal;
+    const Vec3& normal = frame.normal;
     const Vec3 &a = mesh_.positions[edge.vertex[0]], &b = mesh_.positions[edge.vertex[1]];
     const double length = (a - b).norm();
     const auto at_of = [&](const SurfacePoint& p) {
@@ -202,11 +203,13 @@ class Piercer {
         continue;
       const auto hit =
           curves_.pierce(base_face, side, a.weight[next], b.weight[next], predicted, along);
-      mesh_.store(vertex, hit.point, Refinement::kBoundary);
       // Exactly on the side, whatever the chart of the scan's triangle makes of it.
-      mesh_.domain[vertex] = {base_face, {}};
-      mesh_.domain[vertex].weight[side] = 1 - hit.parameter;
-      mesh_.domain[vertex].weight[next] = hit.parameter;
+      DomainPoint domain{base_face, {}};
+      domain.weight[side] = 1 - hit.parameter;
+      domain.weight[next] = hit.parameter;
+      mesh_.put(vertex, {hit.point, domain,
+                         position_of(hit.point, mesh_.scan().triangles, mesh_.scan().positions),
+                         Refinement::kBoundary});
       return true;
     }
     return false;
@@ -226,7 +229,7 @@ Result<Pierced> pierce(const SurfaceMap& map, const Parameterisation& parameteri
                        const PierceOptions& options, const RunContext& context) {
   const BaseMesh& base = parameterisation.base;
   const auto base_vertices = static_cast<std::uint32_t>(base.scan_vertex.size());
-  const auto topology = Topology::build(base.triangles, base_vertices, options.levels);
+  const auto topology = Topology::build_for_decoding(base.triangles, base_vertices, options.levels);
   if (!topology) return topology.error();
   Piercer piercer(map, parameterisation, tree, predict, options, *topology);
   Pierced out;

@@ -1,30 +1,65 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "remesh/refinement.h"
 
+#include <algorithm>
 #include <array>
 
+#include "base/parallel.h"
 #include "remesh/indices_where.h"
 
 namespace nacre::remesh {
 
+Refinement::Refinement(const SurfaceMap& map, const BaseMesh& base, const LineTree& tree,
+                       const Topology& topology)
+    : map_(map),
+      base_(base),
+      tree_(tree),
+      topology_(topology),
+      coarser_(topology.level(std::max(topology.level_count() - 1, 0)).vertex_count) {
+  if (topology.level_count() == 0) return;
+  const auto& edges = topology.level(topology.level_count() - 1).edges;
+  for (std::size_t e = 0; e < edges.size(); ++e)
+    if (edges[e].is_boundary()) boundary_.push_back(static_cast<std::uint32_t>(coarser_ + e));
+  boundary_domain_.resize(boundary_.size());
+}
+
 void Refinement::resize(std::size_t vertices) {
   positions.resize(vertices);
   surface.resize(vertices);
-  domain.resize(vertices);
+  domain_.resize(std::min(vertices, coarser_));
   kind.resize(vertices, kNormal);
+}
+
+std::size_t Refinement::finest_on_boundary(std::size_t vertex) const {
+  return static_cast<std::size_t>(std::lower_bound(boundary_.begin(), boundary_.end(), vertex) -
+                                  boundary_.begin());
+}
+
+DomainPoint Refinement::domain(std::size_t vertex) const {
+  if (vertex < domain_.size()) return domain_[vertex];
+  if (kind[vertex] == kBoundary) return boundary_domain_[finest_on_boundary(vertex)];
+  return map_.to_domain(surface[vertex]);
+}
+
+void Refinement::set_domain(std::size_t vertex, const DomainPoint& point) {
+  if (vertex < domain_.size())
+    domain_[vertex] = point;
+  else if (kind[vertex] == kBoundary)
+    boundary_domain_[finest_on_boundary(vertex)] = point;
 }
 
 void Refinement::put(std::size_t vertex, const Place& place) {
   if (journal != nullptr)
     journal->emplace_back(static_cast<std::uint32_t>(vertex), this->place(vertex));
   surface[vertex] = place.surface;
-  domain[vertex] = place.domain;
   positions[vertex] = place.at;
   kind[vertex] = place.kind;
+  set_domain(vertex, place.domain);
 }
 
 void Refinement::store(std::size_t vertex, const SurfacePoint& point, const Vec3& at, Kind k) {
-  put(vertex, {point, map_.to_domain(point), at, k});
+  const bool is_kept = vertex < domain_.size();
+  put(vertex, {point, is_kept ? map_.to_domain(point) : DomainPoint{}, at, k});
 }
 
 void Refinement::store(std::size_t vertex, const SurfacePoint& point, Kind k) {
@@ -58,8 +93,31 @@ bool Refinement::is_folded(const Triangle& t) const {
 }
 
 std::vector<std::uint32_t> Refinement::folded_triangles(int level) const {
-  const auto& triangles = topology_.level(level).triangles;
-  return indices_where(triangles.size(), [&](std::size_t i) { return is_folded(triangles[i]); });
+  return indices_where(topology_.triangle_count(level),
+                       [&](std::size_t i) { return is_folded(triangle(level, i)); });
+}
+
+std::vector<std::uint32_t> Refinement::turned_triangles(int level) const {
+  const LevelTopology& coarse = topology_.level(level - 1);
+  std::vector<std::uint8_t> turned(coarse.triangles.size());  // a bit for each of four
+  parallel_for_each_index(turned.size(), [&](std::size_t f) {
+    const auto base_face = static_cast<std::uint32_t>(f >> (2 * (level - 1)));
+    std::array<DomainPoint, 6> at;  // of the corners, then of the sides' middles
+    for (std::size_t k = 0; k < 3; ++k) {
+      at[k] = seen_from(coarse.triangles[f][k], base_face);
+      at[3 + k] = seen_from(coarse.vertex_count + coarse.triangle_edges[f][k], base_face);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      const auto area =
+          map_.atlas().doubled_area(k == 3 ? std::array{at[3], at[4], at[5]}
+                                           : std::array{at[k], at[3 + k], at[3 + (k + 2) % 3]});
+      if (!area || *area <= 0) turned[f] |= static_cast<std::uint8_t>(1u << k);
+    }
+  });
+  std::vector<std::uint32_t> out;
+  for (std::uint32_t i = 0; i < 4 * turned.size(); ++i)
+    if ((turned[i / 4] >> (i % 4) & 1) != 0) out.push_back(i);
+  return out;
 }
 
 std::optional<double> Refinement::domain_area(const Triangle& t, std::uint32_t base_face) const {
@@ -73,7 +131,7 @@ bool Refinement::is_turned(const Triangle& t, std::uint32_t base_face) const {
 }
 
 DomainPoint Refinement::seen_from(std::uint32_t vertex, std::uint32_t base_face) const {
-  const DomainPoint& p = domain[vertex];
+  const DomainPoint p = domain(vertex);
   return map_.atlas().seen_from(p, base_face).value_or(p);
 }
 

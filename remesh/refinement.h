@@ -19,8 +19,7 @@ class Refinement {
   enum Kind : std::uint8_t { kNormal = 0, kBoundary = 1, kVector = 2 };
 
   Refinement(const SurfaceMap& map, const BaseMesh& base, const LineTree& tree,
-             const Topology& topology)
-      : map_(map), base_(base), tree_(tree), topology_(topology) {}
+             const Topology& topology);
 
   void resize(std::size_t vertices);
 
@@ -32,7 +31,7 @@ class Refinement {
     std::uint8_t kind;
   };
   [[nodiscard]] Place place(std::size_t vertex) const {
-    return {surface[vertex], domain[vertex], positions[vertex], kind[vertex]};
+    return {surface[vertex], domain(vertex), positions[vertex], kind[vertex]};
   }
   void put(std::size_t vertex, const Place& place);
   /// Sets a vertex to a point of the scan; `at` is its place in space.
@@ -51,6 +50,13 @@ class Refinement {
   /// Whether a triangle, made of the given base triangle, lies upside down in the domain.
   [[nodiscard]] bool is_turned(const Triangle& t, std::uint32_t base_face) const;
 
+  /// All of a level > 0 that are turned, ascending.
+  [[nodiscard]] std::vector<std::uint32_t> turned_triangles(int level) const;
+
+  /// Where a vertex lies in the domain.
+  [[nodiscard]] DomainPoint domain(std::size_t vertex) const;
+  /// Of the finest level, only what lies on the boundary may be elsewhere than its surface point.
+  void set_domain(std::size_t vertex, const DomainPoint& point);
   /// A base corner belongs to every triangle around it: seen from the one that is asked for.
   [[nodiscard]] DomainPoint seen_from(std::uint32_t vertex, std::uint32_t base_face) const;
   /// The scan's point at the middle, in the domain, of the edge's two ends as they really are;
@@ -63,20 +69,29 @@ class Refinement {
   [[nodiscard]] const BaseMesh& base() const { return base_; }
   [[nodiscard]] const LineTree& tree() const { return tree_; }
   [[nodiscard]] const Topology& topology() const { return topology_; }
+  [[nodiscard]] Triangle triangle(int level, std::size_t i) const {
+    return topology_.triangle(level, i);
+  }
 
   std::vector<Vec3> positions;
   std::vector<SurfacePoint> surface;
-  std::vector<DomainPoint> domain;
   std::vector<std::uint8_t> kind;
 
   /// Where vertices were before they were set, oldest first, from when it is not null.
   std::vector<std::pair<std::uint32_t, Place>>* journal = nullptr;
 
  private:
+  [[nodiscard]] std::size_t finest_on_boundary(std::size_t vertex) const;
+
   const SurfaceMap& map_;
   const BaseMesh& base_;
   const LineTree& tree_;
   const Topology& topology_;
+  std::size_t coarser_;  // vertices of all levels but the finest
+  // Of the finest level's vertices, three quarters of all, it is kept for those on boundary edges;
+  // for the others the map says it again.
+  std::vector<DomainPoint> domain_, boundary_domain_;
+  std::vector<std::uint32_t> boundary_;  // the finest level's vertices on boundary edges
 };
 
 /// Mends what placing the vertices of level + 1 one by one has left: first triangles that are
@@ -84,7 +99,7 @@ class Refinement {
 /// fourfold a level.
 ///
 /// Returns  the triangles of level + 1 that stay folded, ascending.
-std::vector<std::uint32_t> unfold(Refinement& mesh, int level, const LevelPrediction& prediction,
+std::vector<std::uint32_t> unfold(Refinement& mesh, int level, const PredictedLevel& prediction,
                                   double reach);
 
 }  // namespace nacre::remesh

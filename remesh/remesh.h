@@ -100,7 +100,7 @@ struct Options {
   RepairPolicy repair = RepairPolicy::kSafe;
   /// See clean(). 0: every piece is kept.
   double small_extent = kSmallExtent;
-  /// The coder's own prediction (wavelet::predict); required.
+  /// The coder's own prediction (wavelet::predict_level); required.
   LevelPredictor predict;
   /// Told of the steps; never changes the result.
   Observer observer;

@@ -18,21 +18,18 @@ constexpr std::size_t kLeastMoves = 20'000, kEdgesPerMove = 10;
 /// Works on the vertices that `level` + 1 adds; the older ones stay.
 class Unfolder {
  public:
-  Unfolder(Refinement& mesh, int level, const LevelPrediction& prediction, double reach)
+  Unfolder(Refinement& mesh, int level, const PredictedLevel& prediction, double reach)
       : mesh_(mesh),
         prediction_(prediction),
         coarse_(mesh.topology().level(level)),
-        fine_(mesh.topology().level(level + 1)),
         level_(level),
         reach_(reach) {}
 
   /// New vertices of turned triangles go to where their parents say. The parents' triangles are not
   /// turned, so their middles cannot be, but for what charts disagree about.
   void retract() {
-    const auto is_turned = [&](std::size_t i) {
-      return mesh_.is_turned(fine_.triangles[i], base_face(i));
-    };
-    auto turned = indices_where(fine_.triangles.size(), is_turned);
+    const auto is_turned = [&](std::size_t i) { return mesh_.is_turned(fine(i), base_face(i)); };
+    auto turned = mesh_.turned_triangles(level_ + 1);
     for (int pass = 0; pass < kRetractPasses && !turned.empty(); ++pass) {
       std::vector<std::uint32_t> touched;
       for (const std::uint32_t v : new_vertices_of(turned)) {
@@ -60,7 +57,7 @@ class Unfolder {
       if (touched.empty()) break;
       folded.insert(folded.end(), touched.begin(), touched.end());
       make_unique(folded);
-      std::erase_if(folded, [&](std::uint32_t t) { return !mesh_.is_folded(fine_.triangles[t]); });
+      std::erase_if(folded, [&](std::uint32_t t) { return !mesh_.is_folded(fine(t)); });
     }
     if (folded.empty()) return folded;
     return PatchUnfolder(mesh_, level_ + 1, PatchUnfolder::Movable::kNewest)
@@ -77,20 +74,21 @@ class Unfolder {
   [[nodiscard]] std::uint32_t base_face(std::size_t fine_triangle) const {
     return static_cast<std::uint32_t>(fine_triangle >> (2 * (level_ + 1)));
   }
+  [[nodiscard]] Triangle fine(std::size_t i) const { return mesh_.triangle(level_ + 1, i); }
   [[nodiscard]] const Edge& edge_of(std::uint32_t vertex) const {
     return coarse_.edges[vertex - coarse_.vertex_count];
   }
   [[nodiscard]] SurfacePoint expected(std::uint32_t vertex) const {
     const Edge& edge = edge_of(vertex);
     return mesh_.expected_point(edge, edge.face[0] >> (2 * level_),
-                                prediction_.points[vertex - coarse_.vertex_count]);
+                                prediction_.point(vertex - coarse_.vertex_count));
   }
 
   [[nodiscard]] std::vector<std::uint32_t> new_vertices_of(
       std::span<const std::uint32_t> triangles) const {
     std::vector<std::uint32_t> vertices;
     for (const std::uint32_t i : triangles)
-      for (const std::uint32_t v : fine_.triangles[i])
+      for (const std::uint32_t v : fine(i))
         if (v >= coarse_.vertex_count && !edge_of(v).is_boundary()) vertices.push_back(v);
     make_unique(vertices);
     return vertices;
@@ -102,7 +100,7 @@ class Unfolder {
     for (const std::uint32_t face : edge_of(vertex).face) {
       if (face == kNone) continue;
       for (std::uint32_t child = 4 * face; child < 4 * face + 4; ++child) {
-        const Triangle& t = fine_.triangles[child];
+        const Triangle t = fine(child);
         if (t[0] == vertex || t[1] == vertex || t[2] == vertex) visit(child);
       }
     }
@@ -112,9 +110,9 @@ class Unfolder {
   [[nodiscard]] double badness(std::uint32_t vertex) const {
     double sum = 0;
     for_triangles_at(vertex, [&](std::uint32_t i) {
-      const double facing = mesh_.facing(fine_.triangles[i]);
+      const double facing = mesh_.facing(fine(i));
       sum += facing < 0 ? 1 - facing : 0;
-      sum += mesh_.is_turned(fine_.triangles[i], base_face(i)) ? 1 : 0;
+      sum += mesh_.is_turned(fine(i), base_face(i)) ? 1 : 0;
     });
     return sum;
   }
@@ -149,8 +147,8 @@ class Unfolder {
   [[nodiscard]] std::vector<Place> other_places(std::uint32_t vertex) const {
     const std::uint32_t e = vertex - coarse_.vertex_count;
     const Edge& edge = coarse_.edges[e];
-    const Vec3& predicted = prediction_.points[e];
-    const Vec3& normal = prediction_.frames[e].normal;
+    const Vec3& predicted = prediction_.point(e);
+    const Vec3 normal = prediction_.frame(e).normal;
     const Vec3 &a = mesh_.positions[edge.vertex[0]], &b = mesh_.positions[edge.vertex[1]];
     const LineTree& tree = mesh_.tree();
     std::vector<Place> places;
@@ -167,7 +165,7 @@ class Unfolder {
     Vec3 sum = Vec3::Zero();
     double count = 0;
     for_triangles_at(vertex, [&](std::uint32_t i) {
-      for (const std::uint32_t v : fine_.triangles[i]) {
+      for (const std::uint32_t v : fine(i)) {
         if (v == vertex) continue;
         sum += mesh_.positions[v];
         ++count;
@@ -177,15 +175,15 @@ class Unfolder {
   }
 
   Refinement& mesh_;
-  const LevelPrediction& prediction_;
-  const LevelTopology &coarse_, &fine_;
+  const PredictedLevel& prediction_;
+  const LevelTopology& coarse_;
   int level_;
   double reach_;
 };
 
 }  // namespace
 
-std::vector<std::uint32_t> unfold(Refinement& mesh, int level, const LevelPrediction& prediction,
+std::vector<std::uint32_t> unfold(Refinement& mesh, int level, const PredictedLevel& prediction,
                                   double reach) {
   Unfolder unfolder(mesh, level, prediction, reach);
   unfolder.retract();

@@ -39,19 +39,23 @@ Result<std::vector<std::vector<Vec3>>> coarsen(const Topology& topology,
 
 }  // namespace
 
-LevelPrediction predict(const Topology& topology, int level_index, std::span<const Vec3> coarse) {
-  const LevelTopology& level = topology.level(level_index);
-  assert(coarse.size() == level.vertex_count);
-  const std::vector<Vec3> predicted =
-      Refiner(topology, Transform::kButterfly).predict(level_index, coarse);
+PredictedLevel predict_level(const Topology& topology, int level, std::span<const Vec3> coarse) {
+  assert(coarse.size() == topology.level(level).vertex_count);
+  const auto frame_at = [](const LevelTopology& at, std::span<const Vec3> p, std::uint32_t e) {
+    return frame_of(midpoint_normal(at, p, e), edge_vector(at, p, e));
+  };
+  return {&topology.level(level), Refiner(topology, Transform::kButterfly).predict(level, coarse),
+          frame_at};
+}
+
+LevelPrediction predict(const Topology& topology, int level, std::span<const Vec3> coarse) {
+  const PredictedLevel predicted = predict_level(topology, level, coarse);
   LevelPrediction result;
-  result.points.assign(predicted.begin() + level.vertex_count, predicted.end());
+  result.points.assign(predicted.positions.begin() + topology.level(level).vertex_count,
+                       predicted.positions.end());
   result.frames.resize(result.points.size());
-  parallel_for_each_index(result.frames.size(), [&](std::size_t i) {
-    const auto e = static_cast<std::uint32_t>(i);
-    result.frames[i] =
-        frame_of(midpoint_normal(level, predicted, e), edge_vector(level, predicted, e));
-  });
+  parallel_for_each_index(result.frames.size(),
+                          [&](std::size_t e) { result.frames[e] = predicted.frame(e); });
   return result;
 }
 

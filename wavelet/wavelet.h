@@ -25,6 +25,10 @@ enum class Transform : std::uint8_t {
 [[nodiscard]] LevelPrediction predict(const Topology& topology, int level,
                                       std::span<const Vec3> coarse);
 
+/// The same points and frames to the bit, in a third of the memory.
+[[nodiscard]] PredictedLevel predict_level(const Topology& topology, int level,
+                                           std::span<const Vec3> coarse);
+
 /// Splits a semi-regular mesh into its base positions and one detail per inserted vertex.
 ///
 /// Shapes   positions.size() == topology.vertex_count()

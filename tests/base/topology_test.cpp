@@ -57,6 +57,29 @@ TEST(Topology, EveryLevelIsConsistent) {
   }
 }
 
+TEST(Topology, TrianglesThatAreNotStoredAreTheSame) {
+  for (const Scan& scan : {shapes::tetrahedron(), shapes::torus(4, 3), shapes::grid(2, 3)}) {
+    for (const int levels : {0, 1, 3}) {
+      const Topology stored = build(scan, levels);
+      const auto counted = Topology::build_for_decoding(
+          scan.triangles, static_cast<std::uint32_t>(scan.positions.size()), levels);
+      ASSERT_TRUE(counted.has_value());
+      if (levels > 0) {
+        EXPECT_TRUE(counted->level(levels).triangles.empty());
+      }
+      for (int j = 0; j <= levels; ++j) {
+        const std::vector<Triangle>& triangles = stored.level(j).triangles;
+        ASSERT_EQ(stored.triangle_count(j), triangles.size());
+        ASSERT_EQ(counted->triangle_count(j), triangles.size());
+        for (std::size_t i = 0; i < triangles.size(); ++i) {
+          EXPECT_EQ(stored.triangle(j, i), triangles[i]);
+          EXPECT_EQ(counted->triangle(j, i), triangles[i]);
+        }
+      }
+    }
+  }
+}
+
 TEST(Topology, MidpointsKeepGridOnGrid) {
   // On a flat grid the finest triangles must tile the plane: all of equal, positive area.
   const Scan scan = shapes::grid(2, 2);

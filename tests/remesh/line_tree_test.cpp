@@ -100,5 +100,18 @@ TEST(LineTree, SkipsTrianglesWithoutArea) {
   for (const auto& hit : tree.hits({0, 0, 0}, {1, 0, 0}, 10)) EXPECT_NE(hit.point.face, 0u);
 }
 
+TEST(LineTree, HoldsOneTriangleOrNone) {
+  Scan scan{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}, Vec3::Zero()};
+  const LineTree one(scan);
+  const auto hits = one.hits({0.25, 0.25, 1}, {0, 0, 1}, 2);
+  ASSERT_EQ(hits.size(), 1u);
+  EXPECT_EQ(hits[0].t, -1);
+  EXPECT_EQ(position_of(one.nearest({2, 0, 1}), scan.triangles, scan.positions), Vec3(1, 0, 0));
+  scan.positions[2] = {2, 0, 0};
+  const LineTree none(scan);
+  EXPECT_TRUE(none.hits({0.25, 0, 1}, {0, 0, 1}, 2).empty());
+  EXPECT_EQ(none.nearest({2, 0, 1}).face, 0u);
+}
+
 }  // namespace
 }  // namespace nacre::remesh

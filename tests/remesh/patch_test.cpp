@@ -27,7 +27,7 @@ class PatchUnfolderTest : public ::testing::Test {
         mesh_(map_, parameterisation_.base, tree_, topology_) {
     PierceOptions options;
     options.levels = 2;
-    const auto out = pierce(map_, parameterisation_, tree_, wavelet::predict, options);
+    const auto out = pierce(map_, parameterisation_, tree_, wavelet::predict_level, options);
     mesh_.resize(out->mesh.positions.size());
     for (std::size_t v = 0; v < out->mesh.positions.size(); ++v) {
       const Vec3& p = out->mesh.positions[v];

@@ -109,12 +109,15 @@ TEST(Pieces, APredictionThatIsNoNumberStopsNothing) {
       shapes::joined(shapes::bumpy_sphere(3), shapes::moved(shapes::sphere(3), {4, 0, 0}));
   Options options = options_of(40, 1);
   options.predict = [](const Topology& topology, int level, std::span<const Vec3> coarse) {
-    LevelPrediction prediction = wavelet::predict(topology, level, coarse);
-    for (std::size_t e = 0; e < prediction.points.size(); ++e) {
-      if (prediction.points[e][0] < 2) continue;
-      prediction.points[e] = Vec3::Constant(std::nan(""));
-      prediction.frames[e].normal = Vec3::Constant(std::nan(""));
-    }
+    PredictedLevel prediction = wavelet::predict_level(topology, level, coarse);
+    for (std::size_t v = topology.level(level).vertex_count; v < prediction.positions.size(); ++v)
+      if (prediction.positions[v][0] >= 2) prediction.positions[v] = Vec3::Constant(std::nan(""));
+    prediction.frame_at = [](const LevelTopology& level_, std::span<const Vec3> p,
+                             std::uint32_t e) {
+      Frame frame{Vec3::UnitZ(), Vec3::UnitX(), Vec3::UnitY()};
+      frame.normal += p[level_.vertex_count + e] - p[level_.vertex_count + e];  // no number
+      return frame;
+    };
     return prediction;
   };
   const auto out = remesh(scan, options);

@@ -19,7 +19,8 @@ Pierced pierced(const Scan& scan, int base_vertices, int levels) {
   relax(scan, map, {});
   PierceOptions pierce_options;
   pierce_options.levels = levels;
-  auto out = pierce(SurfaceMap(scan, map), map, LineTree(scan), wavelet::predict, pierce_options);
+  auto out =
+      pierce(SurfaceMap(scan, map), map, LineTree(scan), wavelet::predict_level, pierce_options);
   EXPECT_TRUE(out.has_value());
   return std::move(*out);
 }
@@ -150,7 +151,7 @@ TEST(Pierce, CanBeCancelled) {
   RunContext context;
   context.cancel = &stop;
   const auto out =
-      pierce(SurfaceMap(scan, map), map, LineTree(scan), wavelet::predict, {}, context);
+      pierce(SurfaceMap(scan, map), map, LineTree(scan), wavelet::predict_level, {}, context);
   ASSERT_FALSE(out.has_value());
   EXPECT_EQ(out.error().code, ErrorCode::kCancelled);
 }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "meshes.h"
@@ -40,6 +41,25 @@ TEST(Frames, NormalIsTheAreaWeightedSumOverTheFinerTriangles) {
         const Frame& f = prediction.frames[e];
         expect_orthonormal(f);
         ASSERT_LT((f.normal - sum[kept + e].normalized()).norm(), 1e-9) << name << ", edge " << e;
+      }
+    }
+  }
+}
+
+TEST(Frames, MadeOneByOneAreTheSame) {
+  for (const Scan& scan : {shapes::sphere(1), shapes::grid(3, 2)}) {
+    const Topology topology = topology_of(scan, 2);
+    for (int j = 0; j < 2; ++j) {
+      const std::vector<Vec3> p = random_points(topology.level(j).vertex_count, 5);
+      const LevelPrediction prediction = predict(topology, j, p);
+      const PredictedLevel level = predict_level(topology, j, p);
+      ASSERT_EQ(level.size(), prediction.points.size());
+      EXPECT_TRUE(std::equal(p.begin(), p.end(), level.positions.begin()));
+      for (std::size_t e = 0; e < level.size(); ++e) {
+        EXPECT_EQ(level.point(e), prediction.points[e]);
+        EXPECT_EQ(level.frame(e).normal, prediction.frames[e].normal);
+        EXPECT_EQ(level.frame(e).tangent1, prediction.frames[e].tangent1);
+        EXPECT_EQ(level.frame(e).tangent2, prediction.frames[e].tangent2);
       }
     }
   }
