@@ -5,9 +5,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 
 #include "base/parallel.h"
+#include "remesh/clean_steps.h"
 #include "remesh/parameterise.h"
 #include "remesh/relax.h"
 #include "remesh/simplify.h"
@@ -31,6 +33,8 @@ constexpr double kErrorPerSize = 0.66;
 constexpr double kFar = 12;
 /// Every triangle that is folded, or turned over in the domain, makes a trial this much worse.
 constexpr double kFoldPenalty = 0.05;
+/// Unless all has been done about folds.
+constexpr double kMendedFoldPenalty = 0.01;
 
 /// So many of the best trials are repaired, in so many rounds.
 constexpr std::size_t kRepaired = 2;
@@ -49,6 +53,10 @@ constexpr int kFinalRounds = 2;
 /// If more than this share of the squared error on the scan itself is at places that are missed, so
 /// many times the vertices are tried.
 constexpr double kMuchMissed = 0.25, kMoreForMissed = 1.5;
+/// Where the error of missed places alone, by area, is more than this share of the scan's extent
+/// (84 dB), trials follow with the vertices there so much dearer.
+constexpr double kMuchByMissed = 6e-5;
+constexpr std::array<double, 2> kMissedDearer = {16, 64};
 /// With more folds than this on the scan itself, the next best trials are looked at there as well.
 constexpr double kFewFolds = 50;
 /// What one more level leaves of the squared error, where nothing is missed.
@@ -65,6 +73,12 @@ struct TrialOptions {
   int useful = 0;  // see BaseSize
 };
 
+/// A vertex of the scan that the trial mesh does not come near.
+struct Missed {
+  std::uint32_t vertex;
+  double distance;
+};
+
 /// A map onto a base mesh, and what comes of it at a coarse level.
 struct Trial {
   TrialOptions options;
@@ -74,6 +88,7 @@ struct Trial {
   double figure = std::numeric_limits<double>::infinity();
   double folds = 0;            ///< and triangles turned over
   double far_share = 0;        ///< of the squared error, at places that are missed
+  std::vector<Missed> missed;  ///< those places
   std::vector<Health> health;  // per base triangle
 
   [[nodiscard]] bool made() const { return !map.base.triangles.empty(); }
@@ -89,11 +104,12 @@ struct Proxy {
   Parameterisation map;  // of the given scan onto it
 };
 
-Result<Proxy> make_proxy(const Scan& scan, std::size_t vertices, const RunContext& context) {
+Result<Proxy> make_proxy(const Scan& scan, std::size_t vertices, const Importance& importance,
+                         const RunContext& context) {
   SimplifyOptions options;
   options.base_vertices = static_cast<int>(vertices);
   options.chords = false;
-  auto map = simplify(scan, options, {}, context);
+  auto map = simplify(scan, options, importance, context);
   if (!map) return map.error();
   Proxy proxy;
   proxy.scan.triangles = map->base.triangles;
@@ -117,10 +133,14 @@ Parameterisation through(const Proxy& proxy, const Parameterisation& map) {
   return out;
 }
 
+std::size_t sample_step(const Scan& scan) {
+  return std::max<std::size_t>(1, scan.positions.size() / kTrialSamples);
+}
+
 /// Every so-manyth vertex of `from`, and its distance to the surface of `tree`.
 Distances distances(const Scan& from, const LineTree& tree, const Scan& to) {
   Distances d;
-  d.step = std::max<std::size_t>(1, from.positions.size() / kTrialSamples);
+  d.step = sample_step(from);
   d.at.resize(from.positions.size() / d.step);
   parallel_for_each_index(d.at.size(), [&](std::size_t i) {
     const Vec3& p = from.positions[i * d.step];
@@ -170,15 +190,34 @@ int trial_levels(const Scan& scan, const BaseMesh& base, int most) {
   return levels;
 }
 
+/// Of the triangles around each vertex, all together.
+std::vector<double> vertex_areas(const Scan& scan) {
+  std::vector<double> area(scan.positions.size(), 0);
+  const auto& p = scan.positions;
+  for (const Triangle& t : scan.triangles) {
+    const double twice = (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]).norm();
+    for (const std::uint32_t v : t) area[v] += twice / 2;
+  }
+  return area;
+}
+
+/// Closer: a level more, measured by area, and with what piercing does about folds in the end.
+enum class Look : std::uint8_t { kUsual, kCloser };
+
 /// Pierces the trial's map and looks.
 void judge(const Scan& scan, const LineTree& tree, std::size_t turned,
-           const LevelPredictor& predict, const RunContext& context, Trial& trial) {
+           const LevelPredictor& predict, const RunContext& context, Trial& trial,
+           Look look = Look::kUsual) {
   PierceOptions pierce_options;
-  pierce_options.move_older = false;  // takes time that is better spent on the scan itself
+  // Moving older vertices takes time that is better spent on the scan itself.
+  pierce_options.move_older = look == Look::kCloser;
   pierce_options.levels = trial_levels(scan, trial.map.base, trial.options.levels);
+  if (look == Look::kCloser && pierce_options.levels != trial.options.levels)
+    ++pierce_options.levels;
   const auto pierced =
       pierce(SurfaceMap(scan, trial.map), trial.map, tree, predict, pierce_options, context);
   trial.unhealthy.assign(trial.map.base.triangles.size(), 0);
+  trial.missed.clear();
   if (!pierced) return;
   const SemiRegularMesh& mesh = pierced->mesh;
   Scan fine{mesh.positions, finest_triangles(mesh), mesh.origin};
@@ -186,25 +225,32 @@ void judge(const Scan& scan, const LineTree& tree, std::size_t turned,
   const LineTree fine_tree(fine);
   const Distances missed = distances(scan, fine_tree, fine);
   const Distances strayed = distances(centroids(fine), tree, scan);
-  const double error = std::max(missed.rms(), strayed.rms());
   trial.health = health_of(
       {scan, tree, trial.map, fine, fine_tree, mesh.level_count, pierced->folds}, missed, strayed);
   for (std::size_t f = 0; f < broken.size(); ++f) trial.health[f].is_finite = broken[f] == 0;
   trial.unhealthy.assign(pierced->folds.begin(), pierced->folds.end());
+  // Pits are deep, with few vertices for their area.
+  const std::vector<double> weight =
+      look == Look::kCloser ? vertex_areas(scan) : std::vector<double>(scan.positions.size(), 1.0);
   const double far = kFar * missed.rms();
-  double far_error = 0, all_error = 0;
+  double far_error = 0, all_error = 0, all_weight = 0;
   for (std::size_t i = 0; i < missed.at.size(); ++i) {
-    all_error += missed.at[i] * missed.at[i];
+    const double w = weight[i * missed.step];
+    all_weight += w;
+    all_error += w * missed.at[i] * missed.at[i];
     if (!(missed.at[i] > far)) continue;
-    far_error += missed.at[i] * missed.at[i];
+    far_error += w * missed.at[i] * missed.at[i];
+    trial.missed.push_back({static_cast<std::uint32_t>(i * missed.step), missed.at[i]});
     trial.unhealthy[trial.map.point[i * missed.step].face] = 1;
   }
   trial.far_share = all_error > 0 ? far_error / all_error : 0;
   trial.folds = static_cast<double>(turned);
   for (const BandReport& band : pierced->bands)
     trial.folds += static_cast<double>(band.folded_triangles);
-  trial.figure = error * std::pow(static_cast<double>(mesh.base_vertex_count), kErrorPerSize) *
-                 (1 + kFoldPenalty * trial.folds);
+  const double missed_rms = std::sqrt(all_error / std::max(all_weight, 1e-300));
+  trial.figure = std::max(missed_rms, strayed.rms()) *
+                 std::pow(static_cast<double>(mesh.base_vertex_count), kErrorPerSize) *
+                 (1 + (look == Look::kCloser ? kMendedFoldPenalty : kFoldPenalty) * trial.folds);
 }
 
 Trial attempt(const Scan& scan, const LineTree& tree, const TrialOptions& options,
@@ -287,6 +333,78 @@ Result<std::vector<Trial>> make_trials(const Scan& scan, const LineTree& tree, c
   return trials;
 }
 
+/// The trial with its map carried to the scan itself, and judged there if that is asked for.
+Trial bring_back(const Scan& scan, const LineTree& tree, const Proxy& proxy, Trial trial,
+                 bool is_judged, const LevelPredictor& predict, const RunContext& context) {
+  trial.map = through(proxy, trial.map);
+  RelaxOptions relax_options;
+  relax_options.rounds = kFinalRounds;
+  const std::size_t turned = relax(scan, trial.map, relax_options, context);
+  trial.far_share = trial.folds = 0;
+  if (is_judged) judge(scan, tree, turned, predict, context, trial);
+  return trial;
+}
+
+/// Whether what the trial mesh leaves out bounds the whole mesh, whatever the rest is like.
+bool misses_much(const Scan& scan, const Trial& trial) {
+  if (trial.missed.empty()) return false;
+  Box box;
+  for (const Vec3& p : scan.positions) box.add(p);
+  const std::vector<double> area = vertex_areas(scan);
+  const double all = std::accumulate(area.begin(), area.end(), 0.0);
+  double sum = 0;
+  for (const Missed& missed : trial.missed)
+    sum += area[missed.vertex] * missed.distance * missed.distance;
+  sum *= static_cast<double>(sample_step(scan));
+  return std::sqrt(sum / all) > kMuchByMissed * box.extent();
+}
+
+/// As the trial is told from others, with a level more and its folds mended.
+double closer_outlook(const Scan& scan, const LineTree& tree, const LevelPredictor& predict,
+                      const RunContext& context, Trial trial) {
+  judge(scan, tree, 0, predict, context, trial, Look::kCloser);
+  return trial.outlook();
+}
+
+/// The trial again, with as many base vertices and those so much dearer that are missed now.
+Trial placed_again(const Scan& scan, const LineTree& tree, std::size_t proxy_vertices,
+                   double dearer, const LevelPredictor& predict, const RunContext& context,
+                   const Trial& trial) {
+  Importance importance(scan.positions.size(), 1.0), on_proxy;
+  for (const Missed& missed : trial.missed) importance[missed.vertex] = dearer;
+  const auto proxy = make_proxy(scan, proxy_vertices, importance, context);
+  if (!proxy) return {};
+  for (const std::uint32_t v : proxy->map.base.scan_vertex) on_proxy.push_back(importance[v]);
+  TrialOptions options = trial.options;
+  options.simplify.base_vertices = static_cast<int>(trial.map.base.scan_vertex.size());
+  Trial again = attempt(proxy->scan, LineTree(proxy->scan), options, on_proxy, predict, context);
+  if (!again.made()) return {};
+  return bring_back(scan, tree, *proxy, std::move(again), true, predict, context);
+}
+
+/// Where the trial misses something large, its vertices are placed anew, in several ways, and the
+/// best outcome stays.
+void place_at_missed(const Scan& scan, const LineTree& tree, std::size_t proxy_vertices,
+                     const LevelPredictor& predict, const RunContext& context, Trial& best) {
+  if (!misses_much(scan, best)) return;
+  RunContext quiet = context;
+  quiet.progress = nullptr;
+  std::array<Trial, kMissedDearer.size() + 1> trials;
+  std::array<double, kMissedDearer.size() + 1> outlook;
+  parallel_for_each_index(
+      trials.size(),
+      [&](std::size_t i) {
+        outlook[i] = std::numeric_limits<double>::infinity();
+        trials[i] = i == 0 ? best
+                           : placed_again(scan, tree, proxy_vertices, kMissedDearer[i - 1], predict,
+                                          quiet, best);
+        if (trials[i].made()) outlook[i] = closer_outlook(scan, tree, predict, quiet, trials[i]);
+      },
+      1);
+  const auto least = std::min_element(outlook.begin(), outlook.end()) - outlook.begin();
+  best = std::move(trials[static_cast<std::size_t>(least)]);
+}
+
 /// On a proxy of about so many vertices if the scan has clearly more; then judged on the scan
 /// itself, where that decides about anything. What is healthy on the proxy may fold there.
 Result<Trial> choose_on_proxy(const Scan& scan, const LineTree& tree, std::size_t proxy_vertices,
@@ -297,20 +415,14 @@ Result<Trial> choose_on_proxy(const Scan& scan, const LineTree& tree, std::size_
     if (!trials) return trials.error();
     return std::move(trials->front());
   }
-  const auto proxy = make_proxy(scan, proxy_vertices, context);
+  const auto proxy = make_proxy(scan, proxy_vertices, {}, context);
   if (!proxy) return proxy.error();
   const LineTree proxy_tree(proxy->scan);
   auto trials = make_trials(proxy->scan, proxy_tree, size, levels, predict, context);
   if (!trials) return trials.error();
-  const auto brought_back = [&](Trial trial) {
-    trial.map = through(*proxy, trial.map);
-    RelaxOptions relax_options;
-    relax_options.rounds = kFinalRounds;
-    const std::size_t turned = relax(scan, trial.map, relax_options, context);
-    trial.far_share = trial.folds = 0;
-    if (size.vertices == 0 && scan.positions.size() <= kMostLookedAt)
-      judge(scan, tree, turned, predict, context, trial);
-    return trial;
+  const bool is_judged = size.vertices == 0 && scan.positions.size() <= kMostLookedAt;
+  const auto brought_back = [&](const Trial& trial) {
+    return bring_back(scan, tree, *proxy, trial, is_judged, predict, context);
   };
   Trial best = brought_back(trials->front());
   if (best.folds <= kFewFolds) return best;
@@ -347,6 +459,8 @@ Result<BaseChoice> choose_base(const Scan& scan, const LineTree& tree, const Bas
     if (!best) return best.error();
   }
   // What the proxy does not have, such as a narrow pit, only the scan itself can tell.
+  if (size.vertices == 0 && scan.positions.size() > proxy_vertices * 5 / 4)
+    place_at_missed(scan, tree, proxy_vertices, predict, context, *best);
   const auto now = static_cast<double>(best->map.base.scan_vertex.size());
   const int more = static_cast<int>(kMoreForMissed * now);
   if (size.vertices > 0 || best->far_share < kMuchMissed || (size.most > 0 && more > size.most))
