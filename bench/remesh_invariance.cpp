@@ -139,13 +139,18 @@ std::string verdict_of(const Outcome& plain, const Outcome& changed) {
   return "-";
 }
 
+/// Meshes without any error are alike.
+double change_db(const Outcome& from, const Outcome& to) {
+  return from.psnr_db() == to.psnr_db() ? 0 : to.psnr_db() - from.psnr_db();
+}
+
 void print_row(const Table& table, const std::string& mesh, const std::string& guise,
                const Outcome& plain, const Outcome& outcome, const std::string& verdict) {
   const auto& c = outcome.cells;
   const bool both = outcome.ok && plain.ok;
   table.print_row({mesh, guise, c[kBase], c[kLevels], c[kPsnr],
-                   both ? fmt::format("{:+.2f}", outcome.psnr_db() - plain.psnr_db()) : "-",
-                   c[kMax], c[kWorst], c[kFolds], c[kSurface],
+                   both ? fmt::format("{:+.2f}", change_db(plain, outcome)) : "-", c[kMax],
+                   c[kWorst], c[kFolds], c[kSurface],
                    !both                                  ? "-"
                    : c[kSurface] == plain.cells[kSurface] ? "yes"
                                                           : "NO",

@@ -242,13 +242,35 @@ struct Yardstick {
   }
 };
 
-/// The error that half of the scan, by samples, does not pass.
-double usual_error(const Part& part, const Yardstick& yardstick) {
+/// What is usual is asked of tangled pieces as well if the others are less than this share: else a
+/// speck would say what is healthy.
+constexpr double kLeastUntangled = 0.25;
+
+/// Per entry of `part.pieces`: whether it is to say what is usual.
+std::vector<char> without_tangled(const Part& part, const std::vector<PieceSurface>& surfaces) {
+  std::vector<char> counts(part.pieces.size(), 1);
+  double all = 0, smooth = 0;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const PieceSurface& surface = surfaces[part.pieces[i]];
+    counts[i] = !surface.is_tangled();
+    all += surface.size;
+    smooth += counts[i] * surface.size;
+  }
+  if (smooth < kLeastUntangled * all) counts.assign(counts.size(), 1);
+  return counts;
+}
+
+/// The error that half of the scan, by samples, does not pass. Tangled pieces would have most of
+/// the samples: proxies keep more vertices of them.
+double usual_error(const Part& part, const std::vector<PieceSurface>& surfaces,
+                   const Yardstick& yardstick) {
+  const std::vector<char> counts = without_tangled(part, surfaces);
   std::vector<std::pair<double, std::size_t>> errors;
   std::size_t all = 0, so_far = 0;
-  for (const Health& health : part.health) {
-    errors.emplace_back(yardstick.error_of(health), health.missed.count);
-    all += health.missed.count;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (!counts[i]) continue;
+    errors.emplace_back(yardstick.error_of(part.health[i]), part.health[i].missed.count);
+    all += part.health[i].missed.count;
   }
   std::sort(errors.begin(), errors.end());
   for (const auto& [error, count] : errors) {
@@ -265,6 +287,7 @@ class Mapper {
         options_(options),
         context_(context),
         side_(side_for_count(cleaned.scan, kLeastTriangles)),
+        surfaces_(piece_surfaces(cleaned)),
         reports_(cleaned.pieces) {
     yardstick_.extent = extent_of(cleaned.scan);
   }
@@ -376,11 +399,16 @@ class Mapper {
     yardstick_.levels = levels_;
     const bool is_free = options_.levels == 0 && options_.base_vertices == 0 &&
                          options_.least_base_vertices == 0 && options_.most_base_vertices == 0;
-    const double usual = usual_error(together, yardstick_);
-    yardstick_.most_error = kTimesUsual * usual;
+    yardstick_.most_error = most_error_beside(together);
     if (together.pieces.size() == 1)
-      yardstick_.most_error = is_free ? 0 : std::numeric_limits<double>::infinity();
-    yardstick_.most_error = std::max(yardstick_.most_error, kMostError * yardstick_.extent);
+      yardstick_.most_error =
+          is_free ? kMostError * yardstick_.extent : std::numeric_limits<double>::infinity();
+  }
+
+  /// Pieces may be so far off beside these.
+  [[nodiscard]] double most_error_beside(const Part& part) const {
+    return std::max(kTimesUsual * usual_error(part, surfaces_, yardstick_),
+                    kMostError * yardstick_.extent);
   }
 
   [[nodiscard]] int levels_for(const Part& part) const {
@@ -395,6 +423,8 @@ class Mapper {
     if (!part) return map_apart(pieces, part.error().message);
     levels_ = levels_for(*part);
     yardstick_.levels = levels_;
+    // These had less of the base before, and what is usual was worse.
+    yardstick_.most_error = std::min(yardstick_.most_error, most_error_beside(*part));
     parts_.push_back(std::move(*part));
     return {};
   }
@@ -511,6 +541,7 @@ class Mapper {
   double side_;  // of the scan's largest triangles, once split
   int levels_ = 0;
   Yardstick yardstick_;
+  std::vector<PieceSurface> surfaces_;  // per piece
   std::vector<PieceReport> reports_;
   std::vector<Part> parts_;          // those of the healthy first
   std::vector<std::uint32_t> kept_;  // pieces

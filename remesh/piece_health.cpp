@@ -2,6 +2,8 @@
 #include "remesh/piece_health.h"
 
 #include "base/parallel.h"
+#include "remesh/adjacency.h"
+#include "remesh/clean_steps.h"
 
 namespace nacre::remesh {
 namespace {
@@ -118,6 +120,37 @@ std::vector<Health> health_of(const Tried& tried, const Distances& missed,
       health[centroids[i - vertices.size()].base_face].strayed.add(at[i]);
   }
   return health;
+}
+
+std::vector<PieceSurface> piece_surfaces(const CleanScan& cleaned) {
+  const auto& [positions, triangles, origin] = cleaned.scan;
+  std::vector<PieceSurface> surfaces(cleaned.pieces.size());
+  std::vector<double> length(surfaces.size(), 0);
+  std::vector<Vec3> normal(triangles.size());
+  for (std::size_t f = 0; f < triangles.size(); ++f) {
+    const Triangle& t = triangles[f];
+    normal[f] = (positions[t[1]] - positions[t[0]]).cross(positions[t[2]] - positions[t[0]]);
+    surfaces[cleaned.piece[f]].size += normal[f].norm() / 2;
+    normal[f].normalize();  // zero stays so
+  }
+  const auto neighbors = side_neighbors(triangles, static_cast<std::uint32_t>(positions.size()));
+  for (std::uint32_t f = 0; f < triangles.size(); ++f) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t other = neighbors[f][k];
+      if (other == kNone || other < f) continue;
+      if (normal[f].isZero(0) || normal[other].isZero(0)) continue;
+      const double side =
+          (positions[triangles[f][(k + 1) % 3]] - positions[triangles[f][k]]).norm();
+      surfaces[cleaned.piece[f]].roughness += side * (1 - normal[f].dot(normal[other]));
+      length[cleaned.piece[f]] += side;
+    }
+  }
+  const std::vector<double> extents = piece_extents(cleaned);
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    surfaces[i].size = std::min(surfaces[i].size, extents[i] * extents[i]);
+    if (length[i] > 0) surfaces[i].roughness /= length[i];
+  }
+  return surfaces;
 }
 
 }  // namespace nacre::remesh

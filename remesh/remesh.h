@@ -70,14 +70,6 @@ inline constexpr double kSmallExtent = 0.01;
 [[nodiscard]] Result<CleanScan> clean(const Scan& scan, RepairPolicy policy = RepairPolicy::kSafe,
                                       double small_extent = kSmallExtent);
 
-/// A closed manifold around a piece, for what cannot be mended otherwise: openings narrower than
-/// about `alpha` are bridged, the surface stays about `offset` off the piece. Both in model units;
-/// the cost grows with the square of extent / alpha.
-///
-/// Errors   kBadInput, kGeometryRefused (no triangle), kNoConvergence (CGAL gave up).
-/// Source   CGAL's 3D alpha wrapping [PortaneriEtAl2022].
-[[nodiscard]] Result<Scan> wrap(const Scan& piece, double alpha, double offset);
-
 struct Options {
   /// How often the base is split. 0: enough for the semi-regular mesh to resolve the scan.
   int levels = 0;

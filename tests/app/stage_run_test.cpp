@@ -15,6 +15,7 @@
 #include "codec/decode.h"
 #include "io/io.h"
 #include "run_command.h"
+#include "support/random.h"
 
 namespace nacre::app::test {
 namespace {
@@ -161,6 +162,38 @@ TEST_F(StageRun, TheSameForProfilePaperAndLoopWavelets) {
     EXPECT_EQ(options["transform"], "loop") << stage;
   }
   EXPECT_GT((array<std::array<double, 3>>("paper/07-rd-curves/band-0.npy").size()), 3u);
+}
+
+/// A bumpy ball, and beside it one of noise, which is its own base mesh.
+Scan ball_and_tangle() {
+  Scan tangle = shapes::sphere(3);
+  TestRandom random(3);
+  for (Vec3& p : tangle.positions) p += 0.5 * random.point() + Vec3(4, 0, 0);
+  return shapes::joined(shapes::bumpy_sphere(5), tangle);
+}
+
+TEST(StageRunOfPieces, OneThatIsItsOwnBaseGoesThroughDumps) {
+  Scratch scratch;
+  save(scratch, "scan.ply", ball_and_tangle());
+  const auto path = [&](const std::string& name) { return scratch.file(name).string(); };
+  const auto bytes = [&](const std::string& output, const std::vector<std::string>& options) {
+    const Outcome outcome = run(
+        joined({"encode", path("scan.ply"), "-o", path(output), "--levels", "2", "--base-vertices",
+                "60", "--samples", "1000", "--effort", "fast", "--size", "9000"},
+               options));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return outcome.exit_code == 0 ? scratch.read(output) : "";
+  };
+  const std::string whole =
+      bytes("out.ncr", {"--work-dir", path("w"), "--dump", "all", "--report", path("report.json")});
+  ASSERT_FALSE(whole.empty());
+  const json report = json::parse(scratch.read("report.json"));
+  ASSERT_EQ(report["pieces"].size(), 2u);
+  EXPECT_EQ(report["pieces"][1]["is_own_base"], true) << report["pieces"][1];
+  for (const char* stage : {"03-base", "04-parameterisation", "05-normal-mesh"})
+    EXPECT_TRUE(bytes(std::string(stage) + ".ncr", {"--from", path(std::string("w/") + stage)}) ==
+                whole)
+        << stage;
 }
 
 TEST_F(StageRun, RecordsFollowOneAnother) {

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <array>
+#include <cmath>
 #include <set>
 
+#include "codec/codec.h"
+#include "codec/decode.h"
 #include "metric/metric.h"
 #include "remesh/kept_pieces.h"
+#include "remesh/piece_health.h"
 #include "remesh_checks.h"
 #include "support/broken_shapes.h"
 #include "support/random.h"
@@ -123,6 +128,99 @@ TEST(Pieces, APredictionThatIsNoNumberStopsNothing) {
   const auto out = remesh(scan, options);
   ASSERT_TRUE(out.has_value()) << out.error().message;
   expect_healthy(*out);
+}
+
+/// A bumpy ball of 2,048 triangles and beside it a tangled one of 512.
+Scan ball_and_tangle() {
+  return shapes::joined(shapes::bumpy_sphere(4), shapes::moved(tangled_ball(3, 2.5), {4, 0, 0}));
+}
+
+Options quick_options(int base_vertices, int levels) {
+  Options options = options_of(base_vertices, levels);
+  options.few_trials = true;
+  return options;
+}
+
+TEST(Pieces, OfASmallBaseATangledOneTakesNothingAway) {
+  const Scan smooth = shapes::bumpy_sphere(5);
+  const Scan scan = shapes::joined(smooth, shapes::moved(tangled_ball(4, 1.5), {4, 0, 0}));
+  const auto out = remesh(scan, quick_options(120, 3));
+  ASSERT_TRUE(out.has_value());
+  expect_healthy(*out);
+  ASSERT_EQ(out->pieces.size(), 2u);
+  EXPECT_EQ(out->pieces[0].fallback, "");
+  EXPECT_EQ(out->pieces[0].base_vertices, 120u);
+  EXPECT_TRUE(out->pieces[1].is_own_base) << out->pieces[1].fallback;
+  EXPECT_LT(error_of(smooth, first_piece(*out)), kMostError);
+  EXPECT_LT(testing::final_error(scan, *out), kMostError);
+}
+
+TEST(Pieces, AKeptOneIsTheSameAtAnyThreadCountAndInTheFile) {
+  std::vector<Remesh> runs;
+  for (const std::size_t threads : {1u, 2u}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    auto out = remesh(ball_and_tangle(), quick_options(120, 3));
+    ASSERT_TRUE(out.has_value());
+    runs.push_back(std::move(*out));
+  }
+  EXPECT_EQ(runs[0].mesh.base_triangles, runs[1].mesh.base_triangles);
+  EXPECT_EQ(runs[0].mesh.positions, runs[1].mesh.positions);
+  ASSERT_EQ(runs[0].pieces.size(), 2u);
+  EXPECT_TRUE(runs[0].pieces[1].is_own_base);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(runs[0].pieces[i].fallback, runs[1].pieces[i].fallback);
+    EXPECT_EQ(runs[0].pieces[i].base_triangles, runs[1].pieces[i].base_triangles);
+  }
+
+  codec::EncodeOptions coding;
+  coding.target_bytes = 4000;
+  const auto encoded = codec::encode(runs[0].mesh, coding);
+  ASSERT_TRUE(encoded.has_value()) << encoded.error().message;
+  EXPECT_LE(encoded->bytes.size(), 4000u);
+  const auto decoded = codec::decode(encoded->bytes);
+  ASSERT_TRUE(decoded.has_value()) << decoded.error().message;
+  const ManifoldFacts facts = manifold_facts(decoded->base_triangles, decoded->base_vertex_count);
+  EXPECT_EQ(facts.defect, "");
+  EXPECT_EQ(facts.pieces, 2u);
+  EXPECT_EQ(facts.closed_pieces, 2u);
+  EXPECT_EQ(facts.genus, 0);
+  EXPECT_EQ(decoded->base_triangles.size(), runs[0].mesh.base_triangles.size());
+  EXPECT_LT(error_of(testing::level_of(runs[0].mesh, 3), testing::level_of(*decoded, 3)), 0.01);
+}
+
+TEST(Pieces, HandlesBesideAHealthyOneStay) {
+  const Scan smooth = shapes::bumpy_sphere(4);
+  const Scan plate = scaled(shapes::split(shapes::plate(6), 1), 0.3);
+  const Scan scan = shapes::joined(smooth, shapes::moved(plate, {3, 0, 0}));
+  const auto out = remesh(scan, quick_options(150, 3));
+  ASSERT_TRUE(out.has_value());
+  expect_healthy(*out);
+  ASSERT_EQ(out->pieces.size(), 2u);
+  EXPECT_EQ(out->pieces[0].genus, 0);
+  EXPECT_EQ(out->pieces[1].genus, 6);
+  EXPECT_EQ(out->pieces[0].fallback, "");
+  EXPECT_LT(testing::final_error(scan, *out), 5 * kMostError);
+}
+
+TEST(PieceSurfaces, OfShapesThatAreKnown) {
+  const Scan flat = shapes::grid(4, 3), ball = shapes::sphere(4), corners = shapes::octahedron();
+  const Scan tangle = tangled_ball(4, 1.5);
+  Scan all = shapes::joined(flat, shapes::moved(ball, {20, 0, 0}));
+  all = shapes::joined(all, shapes::moved(corners, {40, 0, 0}));
+  all = shapes::joined(all, shapes::moved(tangle, {60, 0, 0}));
+  const auto cleaned = clean(all, RepairPolicy::kSafe, 0);
+  ASSERT_TRUE(cleaned.has_value());
+  const auto surfaces = piece_surfaces(*cleaned);
+  ASSERT_EQ(surfaces.size(), 4u);
+  EXPECT_DOUBLE_EQ(surfaces[0].size, 12);
+  EXPECT_EQ(surfaces[0].roughness, 0);
+  EXPECT_NEAR(surfaces[1].size, 12, 1e-9);  // of the box; the area is 4 pi
+  EXPECT_LT(surfaces[1].roughness, 0.01);
+  EXPECT_NEAR(surfaces[2].size, 4 * std::sqrt(3), 1e-12);
+  EXPECT_NEAR(surfaces[2].roughness, 2.0 / 3, 1e-12);
+  EXPECT_GT(surfaces[3].roughness, 0.9);
+  EXPECT_FALSE(surfaces[1].is_tangled());
+  EXPECT_TRUE(surfaces[3].is_tangled());
 }
 
 TEST(KeptPieces, JoinedAreAsIfMadeTogether) {

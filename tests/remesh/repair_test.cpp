@@ -203,25 +203,5 @@ TEST(AggressiveRepair, CutsTinyHandlesAndNoOthers) {
   }
 }
 
-TEST(Wrap, MakesAClosedSurfaceOfAnything) {
-  Scan shreds = shapes::exploded(shapes::sphere(2));
-  TestRandom random(8);
-  for (Vec3& p : shreds.positions) p += 0.02 * random.point();
-  const auto out = wrap(shreds, 0.4, 0.05);
-  ASSERT_TRUE(out.has_value()) << out.error().message;
-  const ManifoldFacts facts = manifold_facts(out->triangles, out->positions.size());
-  EXPECT_EQ(facts.defect, "");
-  EXPECT_EQ(facts.pieces, 1u);
-  EXPECT_EQ(facts.closed_pieces, 1u);
-  EXPECT_EQ(facts.genus, 0);
-  for (const Vec3& p : out->positions) {
-    EXPECT_GT(p.norm(), 0.9);
-    EXPECT_LT(p.norm(), 1.2);
-  }
-  EXPECT_EQ(wrap(shreds, 0, 0.1).error().code, ErrorCode::kBadInput);
-  EXPECT_EQ(wrap(shreds, 0.1, std::nan("")).error().code, ErrorCode::kBadInput);
-  EXPECT_EQ(wrap({}, 0.1, 0.1).error().code, ErrorCode::kGeometryRefused);
-}
-
 }  // namespace
 }  // namespace nacre::remesh
