@@ -42,8 +42,8 @@ constexpr int kMostStalls = 2;
 constexpr double kFarDb = 3;
 /// No mesh has use for finer steps than this.
 constexpr double kFinest = 40;
-/// What choosing cheap points of the grid instead of the nearest loses, dB: 2.6 and 8 where a bit is
-/// worth half and twice as much, fandisk.
+/// What choosing cheap points of the grid instead of the nearest loses, dB: 2.6 and 8 where a bit
+/// is worth half and twice as much, fandisk.
 constexpr double kCheapPlacesDb = 5;
 /// A corner of a cube of one step against its mean.
 constexpr double kRoundingMaximumPerRms = 3;
