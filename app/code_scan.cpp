@@ -27,7 +27,7 @@ constexpr double kFiner = 6;
 constexpr double kFinerGainDb = 12, kFinerMaximumGainDb = 4;
 /// What a vertex of a simplified mesh costs, about, and at least; the first ratio of trials of
 /// their number, and how many trials.
-constexpr double kBitsPerVertex = 30, kLeastBitsPerVertex = 22, kVertexRatio = 1.25;
+constexpr double kBitsPerVertex = 24, kLeastBitsPerVertex = 17, kVertexRatio = 1.25;
 constexpr std::size_t kStrides = 7;
 constexpr int kParabolas = 3;
 constexpr int kShifts = 8;

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "base/parallel.h"
+#include "codec/choose_positions.h"
 
 namespace nacre::codec {
 namespace {
@@ -201,7 +202,12 @@ Result<CodedGeometry> code_best(const Prepared& prepared, const BestSettings& se
   CodedGeometry coded;
   coded.steps = settings.steps;
   const auto& base = settings.targets ? settings.targets->front() : prepared.pyramid.base_positions;
-  coded.base = encode_base(base, prepared.connectivity.decoded, settings.steps[0]);
+  const entropy::Connectivity& connectivity = prepared.connectivity.decoded;
+  const double step = step_size(settings.steps[0]);
+  coded.base = prepared.topology.level_count() == 0
+                   ? encode_base_by_planes(base, connectivity, settings.steps[0],
+                                           settings.lambda / (step * step))
+                   : encode_base(base, connectivity, settings.steps[0]);
   const bool follows = prepared.transform == wavelet::Transform::kButterfly;
   const Topology& topology = prepared.topology;
   entropy::DetailModel model;

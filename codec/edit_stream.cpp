@@ -89,6 +89,8 @@ Result<std::vector<std::uint8_t>> cut_at_level(std::span<const std::uint8_t> str
   if (level < header.levels) {
     header.levels = level;
     header.certified_error.reset();
+    // Without levels profile best tells positions by planes; these are not.
+    if (level == 0 && header.profile == Profile::kBest) header.profile = Profile::kPaper;
     if (header.level_table) header.level_table->cuts.resize(static_cast<std::size_t>(level) + 1);
   }
   if (header.bands.size() > static_cast<std::size_t>(level))

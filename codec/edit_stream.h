@@ -28,7 +28,7 @@ namespace nacre::codec {
 /// The stream without what only levels beyond `level` need: whole again, of `level` levels. It
 /// decodes to what decode() gives for that level, bit for bit. The table keeps its cuts up to
 /// `level`; a certified error, which holds for the finest level, is dropped with it. Sections that
-/// are left out need not be there.
+/// are left out need not be there. Profile best cut to its base mesh becomes profile paper.
 ///
 /// Errors   as decode() for what is kept (checksums are compared); kBadInput: no such level, or a
 ///          level of profile nmc, which has all of them in one band.

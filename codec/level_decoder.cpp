@@ -8,7 +8,9 @@
 
 #include "codec/best_decode.h"
 #include "codec/byte_reader.h"
+#include "codec/stream_planes.h"
 #include "entropy/connectivity.h"
+#include "entropy/plane_positions_decode.h"
 #include "entropy/stack_run.h"
 #include "quant/quant.h"
 
@@ -42,7 +44,9 @@ Result<std::vector<Vec3>> decode_base_positions(std::span<const std::uint8_t> pa
                                                 const entropy::Connectivity& connectivity) {
   const SectionRange& section = layout.sections[1];
   const Header& header = layout.header;
-  const auto grid = entropy::decode_base_positions(payload, connectivity, header.grid_bits);
+  const auto grid =
+      (has_planes(header) ? entropy::decode_positions_by_planes : entropy::decode_base_positions)(
+          payload, connectivity, header.grid_bits);
   if (!grid) return corrupt_at(section.offset, "base positions", grid.error());
   const double step = step_size(header.grid_step_index);
   std::vector<Vec3> positions;

@@ -7,8 +7,11 @@
 #include "base/topology.h"
 #include "codec/byte_reader.h"
 #include "codec/byte_writer.h"
+#include "codec/stream_planes.h"
 #include "codec/stream_reader.h"
 #include "codec/stream_writer.h"
+#include "entropy/plane_position_writer.h"
+#include "entropy/plane_positions_decode.h"
 #include "entropy/stack_run.h"
 #include "quant/quant.h"
 
@@ -93,6 +96,14 @@ Result<std::vector<std::uint8_t>> write_paper_band(const entropy::BandSymbols& b
   return writer.take();
 }
 
+std::vector<std::uint8_t> write_positions(const StreamSymbols& symbols,
+                                          const entropy::Connectivity& base) {
+  const Header& header = symbols.header;
+  return (has_planes(header)
+              ? entropy::encode_positions_by_planes
+              : entropy::encode_base_positions)(symbols.grid, base, header.grid_bits);
+}
+
 }  // namespace
 
 Result<StreamSymbols> read_symbols(std::span<const std::uint8_t> stream) {
@@ -111,7 +122,9 @@ Result<StreamSymbols> read_symbols(std::span<const std::uint8_t> stream) {
   if (!base) return base.error();
   const auto positions = read_section(stream, layout->sections[1]);
   if (!positions) return positions.error();
-  auto grid = entropy::decode_base_positions(*positions, *base, out.header.grid_bits);
+  auto grid = (has_planes(out.header)
+                   ? entropy::decode_positions_by_planes
+                   : entropy::decode_base_positions)(*positions, *base, out.header.grid_bits);
   if (!grid) return grid.error();
   out.grid = std::move(*grid);
   const auto topology = topology_of(out.header, *base);
@@ -167,9 +180,7 @@ Result<std::vector<std::uint8_t>> write_symbols(const StreamSymbols& symbols) {
     payloads.push_back(std::move(*payload));
     coarser_is_coded = is_coded;
   }
-  return write_stream(header, symbols.connectivity,
-                      entropy::encode_base_positions(symbols.grid, *base, header.grid_bits),
-                      payloads);
+  return write_stream(header, symbols.connectivity, write_positions(symbols, *base), payloads);
 }
 
 }  // namespace nacre::codec

@@ -7,6 +7,9 @@
 namespace nacre::entropy {
 namespace {
 
+/// Of predictions outside of the grid, in 1/16 of a step.
+constexpr std::int64_t kFarthest = std::int64_t{1} << 29;
+
 constexpr std::size_t kBuckets = 64;
 constexpr std::uint32_t kTriangleKey = 4;  // one triangle counts as much as four neighbours
 
@@ -144,6 +147,7 @@ Prediction predict_position(const PositionOrder& order, std::span<const GridPoin
       x += divide(w.middle * (middle - x), 256) + chord * s.chord[k];
     }
     if (s.apexes > 0) x += divide(step * s.steps[k], 2 * s.apexes);
+    p.fine_point[k] = std::clamp(divide(x, 16), -kFarthest, kFarthest);
     p.point[k] = std::clamp<std::int64_t>(divide(x, 256), 0, (std::int64_t{1} << bits) - 1);
   }
   return p;

@@ -56,6 +56,18 @@ class PositionOrder {
       h = mesh_.twins[previous_side(h)];
     } while (h != edge_of_[vertex]);
   }
+  /// The same, while body(a, b, c) is true.
+  template <class Body>
+  void for_triangles_while(std::uint32_t vertex, const Body& body) const {
+    std::uint32_t h = edge_of_[vertex];
+    do {
+      const std::uint32_t across = mesh_.twins[next_side(h)];
+      if (!body(mesh_.from(next_side(h)), mesh_.from(previous_side(h)),
+                mesh_.from(previous_side(across))))
+        return;
+      h = mesh_.twins[previous_side(h)];
+    } while (h != edge_of_[vertex]);
+  }
 
  private:
   void raise(std::uint32_t vertex, std::uint32_t by);
@@ -70,6 +82,7 @@ class PositionOrder {
 
 struct Prediction {
   Wide3 point{};       ///< inside the grid
+  Wide3 fine_point{};  ///< the same in 1/16 of a step, not held inside
   Wide3 normal{};      ///< of the triangles beyond its neighbours; zero if there are none
   int scale = 0;       ///< bit length of the squared local edge length, at least 2
   int neighbours = 0;  ///< done ones, counted up to 4

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "entropy/arithmetic.h"
+#include "entropy/binary_model.h"
 
 /// One description of a syntax for both directions: code that is written against these two reads
 /// what it would write, because it is the same code. The writer returns what it is given; the
@@ -23,6 +24,12 @@ class SymbolWriter {
     encoder_.encode_bits(value, count);
     return value;
   }
+  /// A bit that is predicted; it is learnt, too.
+  bool bit(bool value, MixedBit& mixed) {
+    encoder_.encode_bit(value, mixed.probability());
+    mixed.update(value);
+    return value;
+  }
   [[nodiscard]] bool failed() const { return false; }
   [[nodiscard]] std::vector<std::uint8_t> finish() { return encoder_.finish(); }
 
@@ -36,11 +43,35 @@ class SymbolReader {
   explicit SymbolReader(std::span<const std::uint8_t> bytes) : decoder_(bytes) {}
   int symbol(int /*value*/, AdaptiveModel& model) { return decoder_.decode(model); }
   std::uint32_t bits(std::uint32_t /*value*/, int count) { return decoder_.decode_bits(count); }
+  bool bit(bool /*value*/, MixedBit& mixed) {
+    const bool value = decoder_.decode_bit(mixed.probability());
+    mixed.update(value);
+    return value;
+  }
   [[nodiscard]] bool failed() const { return decoder_.overrun(); }
   [[nodiscard]] bool ends_exactly() const { return decoder_.ends_exactly(); }
 
  private:
   ArithmeticDecoder decoder_;
+};
+
+/// Adds up what bits would cost, in 1/4096 bit, and learns nothing.
+class BitPricer {
+ public:
+  static constexpr bool kReads = false;
+  std::uint32_t bits(std::uint32_t value, int count) {
+    cost_ += static_cast<std::uint32_t>(count) << 12;
+    return value;
+  }
+  bool bit(bool value, MixedBit& mixed) {
+    cost_ += mixed.cost(value);
+    return value;
+  }
+  [[nodiscard]] bool failed() const { return false; }
+  [[nodiscard]] std::uint32_t cost() const { return cost_; }
+
+ private:
+  std::uint32_t cost_ = 0;
 };
 
 /// `count` <= 32 equiprobable bits, most significant first, in pieces of at most 16.
