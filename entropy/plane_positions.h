@@ -38,9 +38,9 @@ class MixedTables {
   template <class Io>
   bool code(Io& io, bool value, const std::array<std::size_t, 3>& contexts, std::size_t node) {
     node = std::min(node, nodes_ - 1);
-    MixedBit bit;
-    for (std::size_t i = 0; i < 3; ++i) bit.add(tables_[i].counter(contexts[i], node));
-    bit.predict(weights_[node]);
+    std::array<BitCounter*, 3> counters;
+    for (std::size_t i = 0; i < 3; ++i) counters[i] = &tables_[i].counter(contexts[i], node);
+    MixedBit bit(weights_[node], counters);
     return io.bit(value, bit);
   }
 

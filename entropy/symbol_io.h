@@ -25,7 +25,8 @@ class SymbolWriter {
     return value;
   }
   /// A bit that is predicted; it is learnt, too.
-  bool bit(bool value, MixedBit& mixed) {
+  template <std::size_t N>
+  bool bit(bool value, MixedBit<N>& mixed) {
     encoder_.encode_bit(value, mixed.probability());
     mixed.update(value);
     return value;
@@ -43,7 +44,8 @@ class SymbolReader {
   explicit SymbolReader(std::span<const std::uint8_t> bytes) : decoder_(bytes) {}
   int symbol(int /*value*/, AdaptiveModel& model) { return decoder_.decode(model); }
   std::uint32_t bits(std::uint32_t /*value*/, int count) { return decoder_.decode_bits(count); }
-  bool bit(bool /*value*/, MixedBit& mixed) {
+  template <std::size_t N>
+  bool bit(bool /*value*/, MixedBit<N>& mixed) {
     const bool value = decoder_.decode_bit(mixed.probability());
     mixed.update(value);
     return value;
@@ -63,7 +65,8 @@ class BitPricer {
     cost_ += static_cast<std::uint32_t>(count) << 12;
     return value;
   }
-  bool bit(bool value, MixedBit& mixed) {
+  template <std::size_t N>
+  bool bit(bool value, MixedBit<N>& mixed) {
     cost_ += mixed.cost(value);
     return value;
   }
