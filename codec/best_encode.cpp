@@ -23,6 +23,8 @@ constexpr double kLambda = 0.1;
 /// Steps go as E^-(kGainPower / 2): what coarse parts lose, finer ones that are coded win back.
 constexpr double kGainPower = 0.65;
 constexpr int kMaxTrials = 24;
+/// Of λ at one step, by bisection.
+constexpr int kPriceTrials = 7;
 /// How much coarser the base's grid is where its points are chosen near the surface; of
 /// kStepsPerOctave.
 constexpr int kCoarserBase = 70;
@@ -48,7 +50,7 @@ class BestEncoder {
  private:
   /// A file, at a Δ of 2^(position / 32).
   struct Trial {
-    double position = 0;
+    double position = 0, lambda = 0;
     CodedGeometry coded;
     std::vector<std::uint8_t> bytes;
     bool has_targets = false;     ///< it aimed at targets_, else at the mesh
@@ -66,10 +68,13 @@ class BestEncoder {
   [[nodiscard]] StepRange base_range() const;
   [[nodiscard]] StepRange band_range(std::size_t band) const;
   [[nodiscard]] double position_of(std::size_t part, int step_index) const;
-  /// Steps and λ at a position; the steps then moved by `offsets` indices.
-  Result<Trial> make_trial(double position, const std::vector<int>& offsets = {}) const;
+  /// Steps and λ at a position; the steps then moved by `offsets` indices, λ by `dearer` octaves.
+  Result<Trial> make_trial(double position, const std::vector<int>& offsets = {},
+                           double dearer = 0) const;
   /// Where sizes jump past the target: steps of single parts, as far as they fit.
   Result<Trial> spend(Trial best, double unused_share) const;
+  /// The same without levels: this step or the next, and bits that are worth less or more.
+  Result<Trial> spend_on_base(Trial best, double unused_share) const;
   [[nodiscard]] bool is_close(const Trial& trial, double unused_share) const {
     return static_cast<double>(trial.bytes.size()) >=
            static_cast<double>(options_.target_bytes) * (1 - unused_share);
@@ -95,6 +100,13 @@ class BestEncoder {
       trial.error =
           weights_ ? surface_error(prepared_, *weights_, trial.coded.decoded) : trial.coded.error;
     return *trial.error;
+  }
+
+  /// Without levels vertices slide, which surface_error() takes for errors; there the larger file
+  /// of two that fit is the better one.
+  bool is_better(Trial& trial, Trial& than) const {
+    if (prepared_.topology.level_count() == 0) return trial.bytes.size() > than.bytes.size();
+    return error_of(trial) < error_of(than);
   }
 
   const SemiRegularMesh& mesh_;
@@ -157,14 +169,14 @@ double BestEncoder::position_of(std::size_t part, int step_index) const {
   return step_index + 0.5 * kStepsPerOctave * std::log2(gains_[part]);
 }
 
-Result<BestEncoder::Trial> BestEncoder::make_trial(double position,
-                                                   const std::vector<int>& offsets) const {
+Result<BestEncoder::Trial> BestEncoder::make_trial(double position, const std::vector<int>& offsets,
+                                                   double dearer) const {
   BestSettings settings;
   if (weights_) {
     settings.weights = &*weights_;
     if (targets_) settings.targets = &*targets_;
   }
-  settings.lambda = kLambda * std::exp2(2 * position / kStepsPerOctave);
+  settings.lambda = kLambda * std::exp2(2 * position / kStepsPerOctave + dearer);
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
     if (i == 0 && targets_) {  // which start from a base that lies on its grid
       settings.steps.push_back(base_step_);
@@ -181,6 +193,7 @@ Result<BestEncoder::Trial> BestEncoder::make_trial(double position,
   if (!coded) return coded.error();
   Trial trial;
   trial.position = position;
+  trial.lambda = settings.lambda;
   trial.bytes = assemble(prepared_, *coded, Profile::kBest, mesh_.origin);
   trial.coded = std::move(*coded);
   trial.has_targets = settings.targets != nullptr;
@@ -216,14 +229,31 @@ Result<BestEncoder::Trial> BestEncoder::search(Trial best, double unused_share,
     auto trial = make_trial(position);
     if (!trial) return trial.error();
     if (fits(*trial)) {
-      if (error_of(*trial) < error_of(best)) best = *trial;
+      if (is_better(*trial, best)) best = *trial;
       small = std::move(*trial);
     } else {
       large = std::move(*trial);
     }
     context_.report("choosing steps", std::min(0.95, (i + 1.0) / 14));
   }
-  return spend(std::move(best), unused_share);
+  return prepared_.topology.level_count() == 0 ? spend_on_base(std::move(best), unused_share)
+                                               : spend(std::move(best), unused_share);
+}
+
+Result<BestEncoder::Trial> BestEncoder::spend_on_base(Trial best, double unused_share) const {
+  const double position = best.position;
+  for (const int finer : {0, 1}) {
+    double fitting = finer, most = fitting - 1;  // by how much dearer
+    for (int i = 0; i < kPriceTrials && !is_close(best, unused_share); ++i) {
+      if (context_.cancelled()) return encoding_cancelled();
+      const double dearer = (fitting + most) / 2;
+      auto trial = make_trial(position, {-finer}, dearer);
+      if (!trial) return trial.error();
+      (fits(*trial) ? fitting : most) = dearer;
+      if (fits(*trial) && is_better(*trial, best)) best = std::move(*trial);
+    }
+  }
+  return best;
 }
 
 Result<BestEncoder::Trial> BestEncoder::spend(Trial best, double unused_share) const {
@@ -235,7 +265,7 @@ Result<BestEncoder::Trial> BestEncoder::spend(Trial best, double unused_share) c
       offsets[part] -= move;
       auto trial = make_trial(best.position, offsets);
       if (!trial) return trial.error();
-      if (fits(*trial) && error_of(*trial) < error_of(best)) {
+      if (fits(*trial) && is_better(*trial, best)) {
         best = std::move(*trial);
       } else {
         offsets[part] += move;
@@ -292,7 +322,7 @@ Result<Encoded> BestEncoder::run() {
   auto trial = options_.step > 0 ? at_step() : within_target();
   if (!trial) return trial.error();
   EncodeReport report = describe(prepared_, trial->coded, trial->bytes.size());
-  report.lambda = -kLambda * std::exp2(2 * trial->position / kStepsPerOctave);
+  report.lambda = -trial->lambda;
   report.predicted_distortion = trial->coded.error;
   for (std::size_t j = 0; j < report.bands.size(); ++j) report.bands[j].gain = gains_[j + 1];
   auto encoded = verified(prepared_, std::move(report), std::move(trial->bytes));
