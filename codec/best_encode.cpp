@@ -23,8 +23,10 @@ constexpr double kLambda = 0.1;
 /// Steps go as E^-(kGainPower / 2): what coarse parts lose, finer ones that are coded win back.
 constexpr double kGainPower = 0.65;
 constexpr int kMaxTrials = 24;
-/// Of λ at one step, by bisection.
+/// Without levels: trials of λ at one step, by bisection; and positions past the finest step, where
+/// vertices that slid for bits go back to the nearest grid points.
 constexpr int kPriceTrials = 7;
+constexpr double kPriceOnly = 6.0 * kStepsPerOctave;
 /// How much coarser the base's grid is where its points are chosen near the surface; of
 /// kStepsPerOctave.
 constexpr int kCoarserBase = 70;
@@ -142,6 +144,7 @@ BestEncoder::BestEncoder(const SemiRegularMesh& mesh, const EncodeOptions& optio
     finest_ = std::min(finest_, position_of(i, ranges_[i].finest));
     coarsest_ = std::max(coarsest_, position_of(i, ranges_[i].coarsest));
   }
+  if (prepared.topology.level_count() == 0) finest_ -= kPriceOnly;
 }
 
 BestEncoder::StepRange BestEncoder::base_range() const {
