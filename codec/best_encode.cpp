@@ -85,8 +85,9 @@ class BestEncoder {
   Result<Trial> at_step();
   /// The best file of at most the target.
   Result<Trial> within_target();
+  [[nodiscard]] bool is_base_alone() const { return prepared_.topology.level_count() == 0; }
   /// Whether levels can aim at anything else than the mesh as it is.
-  [[nodiscard]] bool has_aims() const { return weights_ && prepared_.topology.level_count() > 0; }
+  [[nodiscard]] bool has_aims() const { return weights_ && !is_base_alone(); }
   /// What levels should aim at, now that the steps are about known.
   void aim(double position);
   /// The best file of at most the target, from one that is, near `guess` if given.
@@ -107,7 +108,7 @@ class BestEncoder {
   /// Without levels vertices slide, which surface_error() takes for errors; there the larger file
   /// of two that fit is the better one.
   bool is_better(Trial& trial, Trial& than) const {
-    if (prepared_.topology.level_count() == 0) return trial.bytes.size() > than.bytes.size();
+    if (is_base_alone()) return trial.bytes.size() > than.bytes.size();
     return error_of(trial) < error_of(than);
   }
 
@@ -144,7 +145,7 @@ BestEncoder::BestEncoder(const SemiRegularMesh& mesh, const EncodeOptions& optio
     finest_ = std::min(finest_, position_of(i, ranges_[i].finest));
     coarsest_ = std::max(coarsest_, position_of(i, ranges_[i].coarsest));
   }
-  if (prepared.topology.level_count() == 0) finest_ -= kPriceOnly;
+  if (is_base_alone()) finest_ -= kPriceOnly;
 }
 
 BestEncoder::StepRange BestEncoder::base_range() const {
@@ -239,8 +240,8 @@ Result<BestEncoder::Trial> BestEncoder::search(Trial best, double unused_share,
     }
     context_.report("choosing steps", std::min(0.95, (i + 1.0) / 14));
   }
-  return prepared_.topology.level_count() == 0 ? spend_on_base(std::move(best), unused_share)
-                                               : spend(std::move(best), unused_share);
+  return is_base_alone() ? spend_on_base(std::move(best), unused_share)
+                         : spend(std::move(best), unused_share);
 }
 
 Result<BestEncoder::Trial> BestEncoder::spend_on_base(Trial best, double unused_share) const {

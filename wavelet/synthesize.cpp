@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cassert>
-#include <cmath>
 #include <string>
 
 #include "wavelet/refine.h"

@@ -20,14 +20,7 @@ constexpr double kSpacing = 150, kMiddle = 20 + kSpacing * (kSide - 1) / 2;
 struct Roof {
   Roof() {
     synthetic::Random random(5);
-    std::vector<Triangle> triangles;
-    const auto id = [](int x, int y) { return static_cast<std::uint32_t>(x * kSide + y); };
-    for (int x = 0; x + 1 < kSide; ++x) {
-      for (int y = 0; y + 1 < kSide; ++y) {
-        triangles.push_back({id(x, y), id(x + 1, y), id(x + 1, y + 1)});
-        triangles.push_back({id(x, y), id(x + 1, y + 1), id(x, y + 1)});
-      }
-    }
+    const auto triangles = shapes::grid(kSide - 1, kSide - 1).triangles;
     auto encoded = *entropy::encode_connectivity(triangles, kSide * kSide);
     connectivity = encoded.decoded;
     std::vector<Vec3> all;

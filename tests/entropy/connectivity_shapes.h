@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <array>
 #include <map>
 #include <set>
@@ -9,6 +11,7 @@
 #include <vector>
 
 #include "entropy/closed_mesh.h"
+#include "entropy/connectivity.h"
 #include "tests/support/shapes.h"
 
 /// Connectivities to code: shapes of known genus and boundaries, and random changes to them.
@@ -31,6 +34,36 @@ class Random {
  private:
   std::uint64_t state_;
 };
+
+inline std::vector<GridPoint> random_points(std::uint32_t count, int bits, Random& random) {
+  std::vector<GridPoint> points(count);
+  for (GridPoint& p : points)
+    for (std::int32_t& x : p) x = static_cast<std::int32_t>(random.below(1u << bits));
+  return points;
+}
+
+/// One bit flipped in even rounds, nothing as it was in odd ones.
+inline std::vector<std::uint8_t> damaged(std::vector<std::uint8_t> bytes, int round,
+                                         Random& random) {
+  if (round % 2 == 0) {
+    bytes[random.below(static_cast<std::uint32_t>(bytes.size()))] ^=
+        static_cast<std::uint8_t>(1u << random.below(8));
+  } else {
+    for (std::uint8_t& b : bytes) b = static_cast<std::uint8_t>(random.below(256));
+  }
+  return bytes;
+}
+
+/// `decode(bytes)` of every proper prefix is an error.
+template <class Decode>
+void expect_every_truncation_is_corrupt(const std::vector<std::uint8_t>& full,
+                                        const Decode& decode) {
+  for (std::size_t size = 0; size < full.size(); ++size) {
+    const auto decoded = decode(std::vector<std::uint8_t>(full.data(), full.data() + size));
+    ASSERT_FALSE(decoded.has_value());
+    EXPECT_EQ(decoded.error().code, ErrorCode::kCorruptStream);
+  }
+}
 
 inline Surface from_scan(const Scan& scan) {
   return {scan.triangles, static_cast<std::uint32_t>(scan.positions.size())};

@@ -204,24 +204,14 @@ TEST(Connectivity, HubsInLinearTime) {
   EXPECT_EQ(*decoded, points);
 }
 
-class Positions : public ::testing::Test {
- protected:
-  static std::vector<GridPoint> random_points(std::uint32_t count, int bits, Random& random) {
-    std::vector<GridPoint> points(count);
-    for (GridPoint& p : points)
-      for (std::int32_t& x : p) x = static_cast<std::int32_t>(random.below(1u << bits));
-    return points;
-  }
-};
-
-TEST_F(Positions, RoundTripOfRandomPointsAtEveryWidth) {
+TEST(Positions, RoundTripOfRandomPointsAtEveryWidth) {
   Random random(7);
   for (const auto& [name, surface] : test::all_shapes()) {
     const auto encoded = encode_connectivity(surface.triangles, surface.vertex_count);
     ASSERT_TRUE(encoded.has_value());
     for (int bits = 1; bits <= 24; ++bits) {
       SCOPED_TRACE(name + " at " + std::to_string(bits) + " bits");
-      std::vector<GridPoint> points = random_points(surface.vertex_count, bits, random);
+      std::vector<GridPoint> points = test::random_points(surface.vertex_count, bits, random);
       if (bits % 4 == 0) {  // corners of the grid, where predictions leave it
         for (GridPoint& p : points)
           for (std::int32_t& x : p) x = x % 2 == 0 ? 0 : (1 << bits) - 1;
@@ -234,7 +224,7 @@ TEST_F(Positions, RoundTripOfRandomPointsAtEveryWidth) {
   }
 }
 
-TEST_F(Positions, SmoothSurfaceIsPredicted) {
+TEST(Positions, SmoothSurfaceIsPredicted) {
   const Scan sphere = shapes::sphere(4);
   const auto encoded =
       encode_connectivity(sphere.triangles, static_cast<std::uint32_t>(sphere.positions.size()));
@@ -251,27 +241,18 @@ TEST_F(Positions, SmoothSurfaceIsPredicted) {
   EXPECT_LT(8.0 * static_cast<double>(bytes.size()) / static_cast<double>(points.size()), 18.5);
 }
 
-TEST_F(Positions, RejectsEveryTruncationAndSurvivesFlippedBits) {
+TEST(Positions, RejectsEveryTruncationAndSurvivesFlippedBits) {
   Random random(8);
   const Surface surface = test::mixed(random);
   const auto encoded = encode_connectivity(surface.triangles, surface.vertex_count);
   ASSERT_TRUE(encoded.has_value());
-  const std::vector<GridPoint> points = random_points(surface.vertex_count, 10, random);
+  const std::vector<GridPoint> points = test::random_points(surface.vertex_count, 10, random);
   const auto full = encode_base_positions(points, encoded->decoded, 10);
-  for (std::size_t size = 0; size < full.size(); ++size) {
-    const std::vector<std::uint8_t> cut(full.data(), full.data() + size);
-    const auto decoded = decode_base_positions(cut, encoded->decoded, 10);
-    ASSERT_FALSE(decoded.has_value());
-    EXPECT_EQ(decoded.error().code, ErrorCode::kCorruptStream);
-  }
+  test::expect_every_truncation_is_corrupt(full, [&](const std::vector<std::uint8_t>& cut) {
+    return decode_base_positions(cut, encoded->decoded, 10);
+  });
   for (int round = 0; round < 2000; ++round) {
-    std::vector<std::uint8_t> bytes = full;
-    if (round % 2 == 0) {
-      bytes[random.below(static_cast<std::uint32_t>(bytes.size()))] ^=
-          static_cast<std::uint8_t>(1u << random.below(8));
-    } else {
-      for (std::uint8_t& b : bytes) b = static_cast<std::uint8_t>(random.below(256));
-    }
+    const std::vector<std::uint8_t> bytes = test::damaged(full, round, random);
     const auto decoded = decode_base_positions(bytes, encoded->decoded, 10);
     if (!decoded) continue;
     for (const GridPoint& p : *decoded)
@@ -279,7 +260,7 @@ TEST_F(Positions, RejectsEveryTruncationAndSurvivesFlippedBits) {
   }
 }
 
-TEST_F(Positions, RejectsBadArguments) {
+TEST(Positions, RejectsBadArguments) {
   const Connectivity none;
   EXPECT_FALSE(decode_base_positions({}, none, 0).has_value());
   EXPECT_FALSE(decode_base_positions({}, none, 25).has_value());

@@ -12,14 +12,8 @@ namespace nacre::entropy {
 namespace {
 
 using test::Random;
+using test::random_points;
 using test::Surface;
-
-std::vector<GridPoint> random_points(std::uint32_t count, int bits, Random& random) {
-  std::vector<GridPoint> points(count);
-  for (GridPoint& p : points)
-    for (std::int32_t& x : p) x = static_cast<std::int32_t>(random.below(1u << bits));
-  return points;
-}
 
 TEST(PlanePositions, RoundTripOfRandomPoints) {
   Random random(7);
@@ -49,20 +43,11 @@ TEST(PlanePositions, RejectsEveryTruncationAndSurvivesFlippedBits) {
   ASSERT_TRUE(encoded.has_value());
   const std::vector<GridPoint> points = random_points(surface.vertex_count, 10, random);
   const auto full = encode_positions_by_planes(points, encoded->decoded, 10);
-  for (std::size_t size = 0; size < full.size(); ++size) {
-    const std::vector<std::uint8_t> cut(full.data(), full.data() + size);
-    const auto decoded = decode_positions_by_planes(cut, encoded->decoded, 10);
-    ASSERT_FALSE(decoded.has_value());
-    EXPECT_EQ(decoded.error().code, ErrorCode::kCorruptStream);
-  }
+  test::expect_every_truncation_is_corrupt(full, [&](const std::vector<std::uint8_t>& cut) {
+    return decode_positions_by_planes(cut, encoded->decoded, 10);
+  });
   for (int round = 0; round < 400; ++round) {
-    std::vector<std::uint8_t> bytes = full;
-    if (round % 2 == 0) {
-      bytes[random.below(static_cast<std::uint32_t>(bytes.size()))] ^=
-          static_cast<std::uint8_t>(1u << random.below(8));
-    } else {
-      for (std::uint8_t& b : bytes) b = static_cast<std::uint8_t>(random.below(256));
-    }
+    const std::vector<std::uint8_t> bytes = test::damaged(full, round, random);
     const int bits = round % 3 == 0 ? 24 : 10;
     const auto decoded = decode_positions_by_planes(bytes, encoded->decoded, bits);
     if (!decoded) continue;
@@ -100,14 +85,7 @@ TEST(PlanePrediction, SolvesPlanesAndLines) {
 TEST(PlanePositions, FlatMeshCostsTwoCoordinates) {
   Random random(3);
   constexpr int kSide = 24, kBits = 12;
-  std::vector<Triangle> triangles;
-  const auto id = [](int x, int y) { return static_cast<std::uint32_t>(x * kSide + y); };
-  for (int x = 0; x + 1 < kSide; ++x) {
-    for (int y = 0; y + 1 < kSide; ++y) {
-      triangles.push_back({id(x, y), id(x + 1, y), id(x + 1, y + 1)});
-      triangles.push_back({id(x, y), id(x + 1, y + 1), id(x, y + 1)});
-    }
-  }
+  const auto triangles = shapes::grid(kSide - 1, kSide - 1).triangles;
   const auto encoded = encode_connectivity(triangles, kSide * kSide);
   ASSERT_TRUE(encoded.has_value());
   std::vector<GridPoint> flat, thick;
