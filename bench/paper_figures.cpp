@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // [LVQ] Figs 4 and 5 on this remesh: PSNR over bits per semi-regular vertex for Venus and Horse, of
-// the paper's coder, those it compares itself with, and the best one. And Fig. 3: a band's measured
-// (R, D) points with the spline through them.
+// the paper's coder, those it compares itself with, and the best one: all on one normal mesh with
+// as many vertices as the paper's, and the best one on the mesh that `nacre encode` makes for the
+// size. And Fig. 3: a band's measured (R, D) points with the spline through them.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -20,15 +21,30 @@ namespace {
 
 using codec::Profile;
 
+/// A scan, and the normal mesh that its coders share; 0: as remesh chooses.
+struct Subject {
+  std::string file;
+  int base_vertices = 0, levels = 0;
+};
+
+/// With the numbers of vertices of [LVQ] Table 2: 163,842 and 112,642.
+std::vector<Subject> subjects_of_the_paper() {
+  return {{corpus::mesh("venus.off"), 162, 5}, {corpus::mesh("horse.ply"), 112, 5}};
+}
+
+/// The best profile as the command has it, with its choice of base mesh and levels.
+constexpr const char* kCommand = "nacre encode";
+
 struct Settings {
   std::vector<std::string> meshes;
+  int base_vertices = 0, levels = 0;
   std::vector<double> bits = {0.25, 0.35, 0.5, 0.7, 1, 1.4, 2, 2.8, 4};
   std::vector<std::string> profiles = {"paper", "nmc", "eqmc", "best"};
   int band = -1;
   double band_bits = 1;  ///< per semi-regular vertex, of the coding whose samples are shown
   std::size_t samples = 1'000'000;
   CacheOptions cache;
-  std::string svg;
+  std::string svg, nacre = NACRE_COMMAND;
 };
 
 std::vector<Profile> profiles_of(const Settings& settings) {
@@ -41,42 +57,62 @@ std::size_t bytes_at(const PreparedScan& scan, double bits) {
   return static_cast<std::size_t>(bits * static_cast<double>(scan.mesh.positions.size()) / 8);
 }
 
+/// A curve of the figure: its points by rate.
+struct Curve {
+  std::string name;
+  std::vector<CodedPoint> points;
+};
+
+std::vector<Curve> curves_of(const PreparedScan& scan, const std::string& file,
+                             const Settings& settings, const std::vector<std::size_t>& sizes) {
+  const auto points = code_points(scan, profiles_of(settings), sizes, settings.samples);
+  std::vector<Curve> curves;
+  for (std::size_t k = 0; k < settings.profiles.size(); ++k) {
+    const auto first = points.begin() + static_cast<std::ptrdiff_t>(k * sizes.size());
+    curves.push_back(
+        {settings.profiles[k], {first, first + static_cast<std::ptrdiff_t>(sizes.size())}});
+  }
+  curves.push_back({kCommand, command_points(scan, file, settings.nacre, sizes, settings.samples)});
+  return curves;
+}
+
+void plot_rates(const PreparedScan& scan, const std::vector<Curve>& curves,
+                const Settings& settings) {
+  Plot plot{scan.name, "bits per semi-regular vertex (whole file)", "PSNR, dB", false, false, {}};
+  for (const Curve& curve : curves) {
+    Series series{curve.name, {}, true, true};
+    for (const CodedPoint& p : curve.points)
+      if (!p.error)
+        series.points.emplace_back(
+            8 * p.point.bytes / static_cast<double>(scan.mesh.positions.size()), p.point.psnr_db);
+    plot.series.push_back(std::move(series));
+  }
+  write_text(std::filesystem::path(settings.svg) / ("figure-rates-" + scan.name + ".svg"),
+             to_svg(plot));
+}
+
 /// Figs 4 and 5.
-void print_rates(const PreparedScan& scan, const Settings& settings) {
-  const auto profiles = profiles_of(settings);
+void print_rates(const PreparedScan& scan, const std::string& file, const Settings& settings) {
   std::vector<std::size_t> sizes;
   for (const double bits : settings.bits) sizes.push_back(bytes_at(scan, bits));
-  const auto points = code_points(scan, profiles, sizes, settings.samples);
+  const std::vector<Curve> curves = curves_of(scan, file, settings, sizes);
   std::vector<Table::Column> columns = {{"bits / semi-regular vertex"}, {"bytes"}};
-  for (const std::string& name : settings.profiles) columns.push_back({name + " dB"});
-  for (const std::string& name : settings.profiles) columns.push_back({name + ", max error, dB"});
+  for (const Curve& curve : curves) columns.push_back({curve.name + " dB"});
+  for (const Curve& curve : curves) columns.push_back({curve.name + ", max error, dB"});
   const Table table(columns);
   table.print_header();
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     std::vector<std::string> row = {fmt::format("{:.2f}", settings.bits[i]),
                                     std::to_string(sizes[i])};
-    const auto add = [&](double RatePoint::*figure) {
-      for (std::size_t k = 0; k < profiles.size(); ++k) {
-        const CodedPoint& p = points[k * sizes.size() + i];
+    for (double RatePoint::*figure : {&RatePoint::psnr_db, &RatePoint::psnr_of_maximum_db})
+      for (const Curve& curve : curves) {
+        const CodedPoint& p = curve.points[i];
         row.push_back(p.error ? "-" : fmt::format("{:.2f}", p.point.*figure));
       }
-    };
-    add(&RatePoint::psnr_db);
-    add(&RatePoint::psnr_of_maximum_db);
     table.print_row(row);
   }
   fmt::print("\n");
-  if (settings.svg.empty()) return;
-  Plot plot{scan.name, "bits per semi-regular vertex (whole file)", "PSNR, dB", false, false, {}};
-  for (const Profile profile : profiles) {
-    Series series{std::string(codec::profile_name(profile)), {}, true, true};
-    for (const RatePoint& p : curve_of(points, profile))
-      series.points.emplace_back(8 * p.bytes / static_cast<double>(scan.mesh.positions.size()),
-                                 p.psnr_db);
-    plot.series.push_back(std::move(series));
-  }
-  write_text(std::filesystem::path(settings.svg) / ("figure-rates-" + scan.name + ".svg"),
-             to_svg(plot));
+  if (!settings.svg.empty()) plot_rates(scan, curves, settings);
 }
 
 /// Fig. 3.
@@ -126,12 +162,19 @@ Result<void> print_band(const PreparedScan& scan, const Settings& settings) {
 
 int run(const Settings& settings) {
   int failures = 0;
-  for (const std::string& file : settings.meshes) {
-    const auto fail = [&](const Error& error) {
+  std::vector<Subject> subjects;
+  for (const std::string& file : settings.meshes)
+    subjects.push_back({file, settings.base_vertices, settings.levels});
+  if (subjects.empty()) subjects = subjects_of_the_paper();
+  for (const auto& [file, base_vertices, levels] : subjects) {
+    const auto fail = [&, file = file](const Error& error) {
       fmt::print("{}: {}\n\n", file, error.message);
       ++failures;
     };
-    const auto scan = prepare_scan(file, settings.cache);
+    CacheOptions mesh = settings.cache;
+    mesh.base_vertices = base_vertices;
+    mesh.levels = levels;
+    const auto scan = prepare_scan(file, mesh);
     if (!scan) {
       fail(scan.error());
       continue;
@@ -146,7 +189,7 @@ int run(const Settings& settings) {
     if (settings.band >= 0) {
       if (const auto done = print_band(*scan, settings); !done) fail(done.error());
     } else {
-      print_rates(*scan, settings);
+      print_rates(*scan, file, settings);
     }
     std::fflush(stdout);
   }
@@ -156,7 +199,12 @@ int run(const Settings& settings) {
 int main_of(int argc, char** argv) {
   Settings settings;
   CLI::App app("Figures 3, 4 and 5 of the paper, on this remesh", "paper_figures");
-  app.add_option("MESH", settings.meshes, "Scans; default: venus and horse of the corpus");
+  app.add_option("MESH", settings.meshes,
+                 "Scans; default: venus and horse of the corpus, with the paper's vertex counts");
+  app.add_option("--base-vertices", settings.base_vertices,
+                 "Of the mesh that the coders share; 0: as remesh chooses")
+      ->needs("MESH");
+  app.add_option("--levels", settings.levels, "Its levels; 0: as remesh chooses")->needs("MESH");
   app.add_option("--bits", settings.bits, "Whole-file rates, in bits per semi-regular vertex")
       ->delimiter(',')
       ->capture_default_str();
@@ -172,10 +220,9 @@ int main_of(int argc, char** argv) {
   app.add_option("--cache", settings.cache.folder, "Keep remeshed scans in this folder");
   app.add_flag("--keep-remesh", settings.cache.keep_old_remesh,
                "Take kept meshes even if the remesher has changed");
+  app.add_option("--nacre", settings.nacre, "The command")->capture_default_str();
   app.add_option("--svg", settings.svg, "Write the pictures into this folder");
   CLI11_PARSE(app, argc, argv);
-  if (settings.meshes.empty())
-    settings.meshes = {corpus::mesh("venus.off"), corpus::mesh("horse.ply")};
   print_head(argc, argv);
   return run(settings);
 }
