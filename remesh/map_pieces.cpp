@@ -11,6 +11,7 @@
 #include <memory>
 #include <numeric>
 
+#include "remesh/base_size.h"
 #include "remesh/choose_base.h"
 #include "remesh/clean_steps.h"
 #include "remesh/kept_pieces.h"
@@ -21,53 +22,6 @@ namespace {
 
 /// No triangle is larger than it would be if this many equal ones covered the scan.
 constexpr double kLeastTriangles = 20'000;
-
-/// Nor has the finest mesh fewer than this: creases come out a level later than curved parts. Twice
-/// as many where no file's size says how fine is fine enough.
-constexpr std::size_t kLeastFineTriangles = 160'000;
-
-/// Nor is it asked for more than this many for each triangle of the scan.
-constexpr std::size_t kMostPerScanTriangle = 16;
-
-/// Enough splits for the semi-regular mesh to have about four triangles for each one of the scan:
-/// from there on the remeshing error is below what any rate of interest leaves.
-int default_levels(std::size_t scan_triangles, std::size_t base_triangles, std::size_t asked) {
-  const std::size_t least_fine = asked > 0 ? kLeastFineTriangles : 2 * kLeastFineTriangles;
-  const std::size_t usual = std::max(scan_triangles * 5 / 2, least_fine);
-  const std::size_t most = std::max(scan_triangles * kMostPerScanTriangle, usual);
-  const std::size_t least = std::clamp(asked, usual, most);
-  int levels = 1;
-  while (levels < 10 && (base_triangles << (2 * levels)) < least) ++levels;
-  return levels;
-}
-
-/// Base vertices that pieces, boundary loops and handles need before any are there for the shape.
-std::size_t vertices_for_topology(const std::vector<PieceReport>& pieces) {
-  std::size_t count = 0;
-  for (const PieceReport& piece : pieces)
-    count += 4 + 3 * piece.boundary_loops + 4 * static_cast<std::size_t>(std::max(piece.genus, 0));
-  return count;
-}
-
-/// Pieces, holes and handles come out well where the base has so many times the vertices that they
-/// need, if that is not more than a share of the scan's.
-constexpr std::size_t kPerTopology = 20, kScanPerBase = 25;
-/// And shapes of any kind come out well with so many, where nobody says that fewer shall do.
-constexpr std::size_t kWell = 480;
-
-BaseSize base_size(const Options& options, const std::vector<PieceReport>& pieces,
-                   std::size_t scan_vertices) {
-  BaseSize size = {options.base_vertices, options.least_base_vertices, options.most_base_vertices};
-  const std::size_t needed = vertices_for_topology(pieces);
-  // As few as that would be bad everywhere.
-  if (2 * needed > static_cast<std::size_t>(size.most)) size.most = 0;
-  const bool is_free = options.least_base_vertices == 0 && options.most_base_vertices == 0;
-  std::size_t well = std::max(kPerTopology * needed, is_free ? kWell : 0);
-  well = std::min(well, scan_vertices / kScanPerBase);
-  if (size.most > 0) well = std::min(well, static_cast<std::size_t>(size.most));
-  size.least = std::max(size.least, static_cast<int>(well));
-  return size;
-}
 
 /// A piece is unhealthy whose trial mesh has more than this share of its triangles folded,
 constexpr double kMostFolded = 0.01;
@@ -375,6 +329,7 @@ class Mapper {
       }
     }
     if (ill.empty()) {
+      if (const auto ok = densify(together); !ok) return ok;
       parts_.push_back(std::move(together));
       return {};
     }
@@ -393,16 +348,32 @@ class Mapper {
     return map_ill(together, std::move(ill), std::max(room, base_of_ill));
   }
 
+  /// A single piece on a denser base where the levels that it has will not take it close to the
+  /// scan, if that helps.
+  Result<void> densify(Part& part) {
+    if (part.pieces.size() > 1 || !is_free(options_)) return {};
+    BaseSize size;
+    size.few_trials = options_.few_trials;
+    size.vertices = denser_base(part.map.base.scan_vertex.size(), part.scan->positions.size(),
+                                yardstick_.error_of(part.health[0]) / yardstick_.extent);
+    if (size.vertices == 0) return {};
+    auto denser = map(part.pieces, &size);
+    if (!denser && denser.error().code == ErrorCode::kCancelled) return denser.error();
+    // With as many splits: one less would take back what is gained.
+    if (denser && yardstick_.fault_of(denser->health[0]).empty() &&
+        yardstick_.error_of(denser->health[0]) < yardstick_.error_of(part.health[0]))
+      part = std::move(*denser);
+    return {};
+  }
+
   /// Where base and levels are not free, healthy is what half of the scan is.
   void set_yardstick(const Part& together) {
     levels_ = levels_for(together);
     yardstick_.levels = levels_;
-    const bool is_free = options_.levels == 0 && options_.base_vertices == 0 &&
-                         options_.least_base_vertices == 0 && options_.most_base_vertices == 0;
     yardstick_.most_error = most_error_beside(together);
     if (together.pieces.size() == 1)
-      yardstick_.most_error =
-          is_free ? kMostError * yardstick_.extent : std::numeric_limits<double>::infinity();
+      yardstick_.most_error = is_free(options_) ? kMostError * yardstick_.extent
+                                                : std::numeric_limits<double>::infinity();
   }
 
   /// Pieces may be so far off beside these.
