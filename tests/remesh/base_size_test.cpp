@@ -9,7 +9,7 @@ namespace nacre::remesh {
 namespace {
 
 TEST(BaseSize, ABaseThatComesCloseEnoughStays) {
-  EXPECT_EQ(denser_base(480, 100'000, 8.9e-5), 0);
+  EXPECT_EQ(denser_base(480, 100'000, 7.8e-5), 0);
   EXPECT_EQ(denser_base(480, 100'000, 0), 0);
   EXPECT_EQ(denser_base(480, 100'000, std::nan("")), 0);
 }
