@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "remesh/adjacency.h"
+#include "remesh/distance_to_triangle.h"
 #include "remesh/indices_where.h"
 
 namespace nacre::remesh {
@@ -21,21 +22,6 @@ constexpr double kGood = 0.3, kPerCosine = 0.1;
 constexpr double kTurned = 0.5, kTorn = 4, kLeastGain = 0.4;
 /// In edges: an older vertex may leave behind what lies no farther from the new triangles.
 constexpr double kMostMissed = 0.25;
-
-double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
-  const double length2 = (b - a).squaredNorm();
-  const double t = length2 > 0 ? std::clamp((p - a).dot(b - a) / length2, 0.0, 1.0) : 0;
-  return (a + t * (b - a) - p).norm();
-}
-
-double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 n = (b - a).cross(c - a);
-  if (n.dot((b - a).cross(p - a)) >= 0 && n.dot((c - b).cross(p - b)) >= 0 &&
-      n.dot((a - c).cross(p - c)) >= 0 && n.norm() > 0)
-    return std::abs(n.dot(p - a)) / n.norm();
-  return std::min(
-      {distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
-}
 
 }  // namespace
 
@@ -75,8 +61,8 @@ void PatchUnfolder::mend(std::uint32_t folded_triangle, int rings) {
     if (least_ < kPerCosine * kGood) break;
   }
   restore(best_);
-  give_back(before);
-  give_back_missed(before);
+  give_back(before, [&](std::size_t i) { return badness(around(i)); });
+  if (movable_ == Movable::kAll) give_back_missed(before, kMostMissed);
   if (badness(triangles_) > first - kLeastGain) restore(before);
 }
 
@@ -173,21 +159,30 @@ void PatchUnfolder::go_to_edges() {
 
 void PatchUnfolder::move(std::size_t i, Middle middle) {
   const std::uint32_t v = vertices_[i];
-  Vec3 sum = Vec3::Zero(), normal = mesh_.scan_normal(mesh_.surface[v].face);
-  for (const std::uint32_t w : ring(i)) {
-    sum += mesh_.positions[w];
-    normal += mesh_.scan_normal(mesh_.surface[w].face);
+  Vec3 normal = mesh_.scan_normal(mesh_.surface[v].face);
+  for (const std::uint32_t w : ring(i)) normal += mesh_.scan_normal(mesh_.surface[w].face);
+  const Vec3 centre = middle_of_ring(i);
+  const double radius = radius_around(i, centre);
+  if (middle == Middle::kInSpace) {
+    const SurfacePoint place = mesh_.tree().nearest(centre);
+    if (mesh_.scan_normal(place.face).dot(normal) > 0) move_to(v, place, centre, radius);
+  } else if (const auto place = middle_in_domain(i)) {
+    move_to(v, *place, centre, radius);
   }
-  const auto count = static_cast<double>(ring(i).size());
+}
+
+Vec3 PatchUnfolder::middle_of_ring(std::size_t i) const {
+  Vec3 sum = Vec3::Zero();
+  for (const std::uint32_t w : ring(i)) sum += mesh_.positions[w];
+  return sum / static_cast<double>(ring(i).size());
+}
+
+/// Of the vertex's neighbours.
+double PatchUnfolder::radius_around(std::size_t i, const Vec3& middle) const {
   double radius = 0;
   for (const std::uint32_t w : ring(i))
-    radius = std::max(radius, (mesh_.positions[w] - sum / count).norm());
-  if (middle == Middle::kInSpace) {
-    const SurfacePoint place = mesh_.tree().nearest(sum / count);
-    if (mesh_.scan_normal(place.face).dot(normal) > 0) move_to(v, place, sum / count, radius);
-  } else if (const auto place = middle_in_domain(i)) {
-    move_to(v, *place, sum / count, radius);
-  }
+    radius = std::max(radius, (mesh_.positions[w] - middle).norm());
+  return radius;
 }
 
 std::optional<SurfacePoint> PatchUnfolder::middle_in_domain(std::size_t i) {
@@ -209,22 +204,9 @@ void PatchUnfolder::move_to(std::uint32_t vertex, const SurfacePoint& point, con
   if ((at - middle).norm() <= radius) mesh_.store(vertex, point, at, Refinement::kVector);
 }
 
-/// Vertices whose old place does no harm go back to it.
-void PatchUnfolder::give_back(const std::vector<Refinement::Place>& before) {
-  for (std::size_t i = 0; i < vertices_.size(); ++i) {
-    const std::uint32_t v = vertices_[i];
-    if (mesh_.positions[v] == before[i].at) continue;
-    const Refinement::Place now = mesh_.place(v);
-    const double bad = badness(around(i));
-    mesh_.put(v, before[i]);
-    if (badness(around(i)) > bad) mesh_.put(v, now);
-  }
-}
-
-/// Older vertices go back to where no triangle comes near any more: to a tip, or the end of a pit.
-/// And so do those that have gone farther than an edge.
-void PatchUnfolder::give_back_missed(const std::vector<Refinement::Place>& before) {
-  if (movable_ == Movable::kNewest) return;
+/// Older vertices go back to what no triangle comes near any more, by `most` edges: to a tip, or
+/// the end of a pit. And so do those that have gone farther than an edge.
+void PatchUnfolder::give_back_missed(const std::vector<Refinement::Place>& before, double most) {
   const std::uint32_t older = level_ > 0 ? topology_.level(level_ - 1).vertex_count : kNone;
   const auto& p = mesh_.positions;
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
@@ -237,7 +219,7 @@ void PatchUnfolder::give_back_missed(const std::vector<Refinement::Place>& befor
       const Triangle c = mesh_.triangle(level_, t);
       nearest = std::min(nearest, distance_to_triangle(left, p[c[0]], p[c[1]], p[c[2]]));
     }
-    if (nearest > kMostMissed * length || (p[vertices_[i]] - left).norm() > length)
+    if (nearest > most * length || (p[vertices_[i]] - left).norm() > length)
       mesh_.put(vertices_[i], before[i]);
   }
 }

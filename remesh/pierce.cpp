@@ -42,11 +42,13 @@ class Piercer {
       const PredictedLevel prediction = predict_(mesh_.topology(), level, coarse(level));
       parallel_for_each_index(
           count, [&](std::size_t e) { place(level, e, old + e, prediction); }, 64);
-      folded_.push_back(unfold(mesh_, level, prediction, options_.reach));
+      folded_.push_back(unfold(mesh_, level, prediction, options_.reach, options_.move_older));
     }
-    const std::size_t most = kMostFolded + count / kEdgesPerFolded;
-    for (int round = 0; options_.move_older && round < kRounds; ++round)
-      if (folded_.back().empty() || folded_.back().size() > most || !move_older(level)) break;
+    if (!options_.move_older) return;
+    for (int round = 0; round < kRounds; ++round)
+      if (!has_few_folds(level) || !move_older(level, How::kSmoothing)) break;
+    search(level);
+    if (has_few_folds(level)) move_older(level, How::kSearching);
   }
 
   /// What the level above `level` has become; its folds are added to those of its base triangles.
@@ -67,24 +69,57 @@ class Piercer {
   std::vector<std::uint8_t> take_kinds() { return std::move(mesh_.kind); }
 
  private:
+  enum class How : std::uint8_t { kSmoothing, kSearching };
   using Journal = std::vector<std::pair<std::uint32_t, Refinement::Place>>;
 
   [[nodiscard]] std::span<const Vec3> coarse(int level) const {
     return std::span(mesh_.positions).first(mesh_.topology().level(level).vertex_count);
   }
 
+  /// Some, but not too many for one by one.
+  [[nodiscard]] bool has_few_folds(int level) const {
+    return !folded_[static_cast<std::size_t>(level)].empty() && !has_many_folds(level);
+  }
+  [[nodiscard]] bool has_many_folds(int level) const {
+    return folded_[static_cast<std::size_t>(level)].size() >
+           kMostFolded + mesh_.topology().level(level).edges.size() / kEdgesPerFolded;
+  }
+
+  /// Mends what is folded on level + 1, or seems so from outside, by trying places for its newest
+  /// vertices.
+  void search(int level) {
+    auto& folded = folded_[static_cast<std::size_t>(level)];
+    if (has_many_folds(level)) return;
+    folded = mesh_.opposed_triangles(level + 1);
+    for (int round = 0; round < kRounds && has_few_folds(level); ++round) {
+      const std::size_t before = folded.size();
+      PatchUnfolder(mesh_, level + 1, PatchUnfolder::Movable::kNewest).search(std::move(folded));
+      folded = mesh_.opposed_triangles(level + 1);
+      if (folded.size() >= before) break;
+    }
+  }
+
   /// Mends what is folded on level + 1 by moving vertices of the levels below as well: all that is
   /// predicted from these is placed anew. False, and all is as it was, if that leaves no fewer
   /// folds.
-  bool move_older(int level) {
+  bool move_older(int level, How how) {
     Journal journal;
     const auto before = folded_;
     mesh_.journal = &journal;
-    folded_.back() = PatchUnfolder(mesh_, level + 1, PatchUnfolder::Movable::kAll)
-                         .run(std::move(folded_.back()),
-                              kMovesOfOlder + mesh_.topology().level(level).edges.size() / 10);
+    PatchUnfolder unfolder(mesh_, level + 1, PatchUnfolder::Movable::kAll);
+    if (how == How::kSearching) {
+      unfolder.search(std::move(folded_.back()));
+      folded_.back() = mesh_.opposed_triangles(level + 1);
+    } else {
+      folded_.back() =
+          unfolder.run(std::move(folded_.back()),
+                       kMovesOfOlder + mesh_.topology().level(level).edges.size() / 10);
+    }
     const int first = first_band_after(journal);
-    for (int band = first; band <= level; ++band) place_again(band);
+    for (int band = first; band <= level; ++band) {
+      place_again(band);
+      if (band < level || how == How::kSearching) search(band);
+    }
     mesh_.journal = nullptr;
     const auto sum = [](const std::vector<std::vector<std::uint32_t>>& folded) {
       std::size_t count = 0;
@@ -121,7 +156,8 @@ class Piercer {
       return (offset - normal.dot(offset) * normal).norm() > length;
     });
     for (const std::uint32_t e : off) place(band, e, first + e, prediction);
-    folded_[static_cast<std::size_t>(band)] = unfold(mesh_, band, prediction, options_.reach);
+    folded_[static_cast<std::size_t>(band)] =
+        unfold(mesh_, band, prediction, options_.reach, options_.move_older);
   }
 
   /// Base corners keep their place in the domain; the scan has slid under them. Those on the

@@ -8,6 +8,14 @@
 #include "remesh/indices_where.h"
 
 namespace nacre::remesh {
+namespace {
+
+/// A cosine from the scan's normal.
+constexpr double kNearlyFolded = 0.3;
+/// A point of the scan with a smaller weight is on a side of its triangle.
+constexpr double kOnSide = 1e-9;
+
+}  // namespace
 
 Refinement::Refinement(const SurfaceMap& map, const BaseMesh& base, const LineTree& tree,
                        const Topology& topology)
@@ -90,6 +98,32 @@ bool Refinement::is_folded(const Triangle& t) const {
       return facing(t) < 0;
   }
   return false;
+}
+
+bool Refinement::is_opposed(const Triangle& t) const {
+  const Vec3 &a = positions[t[0]], &b = positions[t[1]], &c = positions[t[2]];
+  const Vec3 n = (b - a).cross(c - a);
+  if (!(n.dot(scan_normal(tree_.nearest((a + b + c) / 3).face)) < 0)) return false;
+  return n.dot(scan_normal(tree_.nearest(a).face) + scan_normal(tree_.nearest(b).face) +
+               scan_normal(tree_.nearest(c).face)) < 0;
+}
+
+bool Refinement::is_suspect(const Triangle& t, double facing) const {
+  bool asked = facing < kNearlyFolded;
+  for (const std::uint32_t v : t)
+    asked |= kind[v] == kVector &&
+             *std::min_element(surface[v].weight.begin(), surface[v].weight.end()) < kOnSide;
+  return asked && is_opposed(t);
+}
+
+std::vector<std::uint32_t> Refinement::opposed_triangles(int level) const {
+  return indices_where(topology_.triangle_count(level), [&](std::size_t i) {
+    const Triangle t = triangle(level, i);
+    const bool is_plain = kind[t[0]] != kVector && kind[t[1]] != kVector && kind[t[2]] != kVector;
+    if (is_plain) return is_folded(t);
+    const double facing = this->facing(t);
+    return facing < 0 || is_suspect(t, facing);
+  });
 }
 
 std::vector<std::uint32_t> Refinement::folded_triangles(int level) const {

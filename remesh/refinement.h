@@ -42,6 +42,14 @@ class Refinement {
   /// Cosine between a triangle and the scan under its corners; 0 if either has no direction.
   [[nodiscard]] double facing(const Triangle& t) const;
   [[nodiscard]] bool is_folded(const Triangle& t) const;
+  /// Whether it opposes the scan's triangles nearest to its middle and to its corners, whatever the
+  /// map says: as a check from outside would see it.
+  [[nodiscard]] bool is_opposed(const Triangle& t) const;
+  /// The same, asked only where that may be so: of triangles that are nearly folded, and of those
+  /// with corners on sides of the scan's triangles, where it is arbitrary whose normal counts.
+  [[nodiscard]] bool is_suspect(const Triangle& t, double facing) const;
+  /// All of a level's that are folded or is_suspect(), ascending.
+  [[nodiscard]] std::vector<std::uint32_t> opposed_triangles(int level) const;
   /// All of a level's, ascending.
   [[nodiscard]] std::vector<std::uint32_t> folded_triangles(int level) const;
   /// Twice the area in the domain of a triangle that was made of the given base triangle; nothing
@@ -96,10 +104,11 @@ class Refinement {
 
 /// Mends what placing the vertices of level + 1 one by one has left: first triangles that are
 /// turned over in the domain, then those that are folded in space. Left alone, either kind grows
-/// fourfold a level.
+/// fourfold a level. With `give_back`, what a turned triangle has sent to its expected point goes
+/// back to its line where that does no harm; trials do without.
 ///
 /// Returns  the triangles of level + 1 that stay folded, ascending.
 std::vector<std::uint32_t> unfold(Refinement& mesh, int level, const PredictedLevel& prediction,
-                                  double reach);
+                                  double reach, bool give_back);
 
 }  // namespace nacre::remesh

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <limits>
 #include <span>
+#include <utility>
 
+#include "remesh/distance_to_triangle.h"
 #include "remesh/indices_where.h"
 #include "remesh/patch.h"
 #include "remesh/refinement.h"
@@ -9,7 +12,11 @@
 namespace nacre::remesh {
 namespace {
 
-constexpr int kRetractPasses = 6, kUnfoldPasses = 6;
+constexpr int kRetractPasses = 6, kGiveBackPasses = 2, kUnfoldPasses = 6;
+/// From this level on, retracted vertices may go back; on level 1 it is they that reach into pits.
+constexpr int kFirstGivenBack = 2;
+/// In mean edges: what is left behind must be no farther from the triangles than this.
+constexpr double kMostMissed = 0.01;
 /// In edges: how far a new place may be from the middle of its edge.
 constexpr double kMostOffEdge = 1;
 /// Moves in patches: bounded, so that what is folded all over does not take longer than piercing.
@@ -18,32 +25,41 @@ constexpr std::size_t kLeastMoves = 20'000, kEdgesPerMove = 10;
 /// Works on the vertices that `level` + 1 adds; the older ones stay.
 class Unfolder {
  public:
-  Unfolder(Refinement& mesh, int level, const PredictedLevel& prediction, double reach)
+  Unfolder(Refinement& mesh, int level, const PredictedLevel& prediction, double reach,
+           bool gives_back)
       : mesh_(mesh),
         prediction_(prediction),
         coarse_(mesh.topology().level(level)),
         level_(level),
+        gives_back_(gives_back),
+        is_finest_(gives_back && level + 1 == mesh.topology().level_count()),
         reach_(reach) {}
 
   /// New vertices of turned triangles go to where their parents say. The parents' triangles are not
-  /// turned, so their middles cannot be, but for what charts disagree about.
+  /// turned, so their middles cannot be, but for what charts disagree about. On the finest level,
+  /// whose middles nobody asks for, only where they are folded in space as well.
   void retract() {
-    const auto is_turned = [&](std::size_t i) { return mesh_.is_turned(fine(i), base_face(i)); };
-    auto turned = mesh_.turned_triangles(level_ + 1);
-    for (int pass = 0; pass < kRetractPasses && !turned.empty(); ++pass) {
+    const auto is_bad = [&](std::size_t i) {
+      return is_finest_ ? mesh_.is_folded(fine(i)) : mesh_.is_turned(fine(i), base_face(i));
+    };
+    auto bad = is_finest_ ? mesh_.folded_triangles(level_ + 1) : mesh_.turned_triangles(level_ + 1);
+    std::vector<std::pair<std::uint32_t, Refinement::Place>> before;
+    for (int pass = 0; pass < kRetractPasses && !bad.empty(); ++pass) {
       std::vector<std::uint32_t> touched;
-      for (const std::uint32_t v : new_vertices_of(turned)) {
+      for (const std::uint32_t v : new_vertices_of(bad)) {
         if (mesh_.kind[v] != Refinement::kNormal) continue;
         const SurfacePoint point = expected(v);
         const Vec3 at = position_of(point, mesh_.scan().triangles, mesh_.scan().positions);
         if (!is_near_edge(at, v)) continue;
+        before.emplace_back(v, mesh_.place(v));
         mesh_.store(v, point, at, Refinement::kVector);
         for_triangles_at(v, [&](std::uint32_t t) { touched.push_back(t); });
       }
       make_unique(touched);
-      std::erase_if(touched, [&](std::uint32_t t) { return !is_turned(t); });
-      turned = std::move(touched);
+      std::erase_if(touched, [&](std::uint32_t t) { return !is_bad(t); });
+      bad = std::move(touched);
     }
+    if (gives_back_ && level_ + 1 >= kFirstGivenBack && !before.empty()) give_back(before);
   }
 
   /// New vertices of folded triangles move to whichever other place of theirs is the least bad;
@@ -117,6 +133,41 @@ class Unfolder {
     return sum;
   }
 
+  /// Not all that were retracted had to be: some go back to where their detail is one number.
+  void give_back(const std::vector<std::pair<std::uint32_t, Refinement::Place>>& before) {
+    double length = 0;
+    for (const Edge& e : coarse_.edges)
+      length += (mesh_.positions[e.vertex[0]] - mesh_.positions[e.vertex[1]]).norm();
+    length /= 2 * static_cast<double>(coarse_.edges.size());
+    const auto bad_at = [&](std::uint32_t v) { return is_finest_ ? folds_at(v) : badness(v); };
+    for (int pass = 0; pass < kGiveBackPasses; ++pass) {
+      for (const auto& [v, place] : before) {
+        if (mesh_.kind[v] == Refinement::kNormal) continue;
+        const Refinement::Place now = mesh_.place(v);
+        const double bad = bad_at(v);
+        mesh_.put(v, place);
+        if (bad_at(v) > bad || distance_at(v, now.at) > kMostMissed * length) mesh_.put(v, now);
+      }
+    }
+  }
+
+  [[nodiscard]] double folds_at(std::uint32_t vertex) const {
+    double count = 0;
+    for_triangles_at(vertex, [&](std::uint32_t i) { count += mesh_.is_folded(fine(i)); });
+    return count;
+  }
+
+  /// From the triangles around the vertex.
+  [[nodiscard]] double distance_at(std::uint32_t vertex, const Vec3& p) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    const auto& at = mesh_.positions;
+    for_triangles_at(vertex, [&](std::uint32_t i) {
+      const Triangle t = fine(i);
+      nearest = std::min(nearest, distance_to_triangle(p, at[t[0]], at[t[1]], at[t[2]]));
+    });
+    return nearest;
+  }
+
   bool replace(std::uint32_t vertex) {
     double least = badness(vertex);
     if (least == 0) return false;
@@ -178,14 +229,16 @@ class Unfolder {
   const PredictedLevel& prediction_;
   const LevelTopology& coarse_;
   int level_;
+  bool gives_back_;
+  bool is_finest_;  // and what lies upside down in the domain may stay so
   double reach_;
 };
 
 }  // namespace
 
 std::vector<std::uint32_t> unfold(Refinement& mesh, int level, const PredictedLevel& prediction,
-                                  double reach) {
-  Unfolder unfolder(mesh, level, prediction, reach);
+                                  double reach, bool give_back) {
+  Unfolder unfolder(mesh, level, prediction, reach, give_back);
   unfolder.retract();
   return unfolder.unfold();
 }

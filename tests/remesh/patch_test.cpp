@@ -106,6 +106,29 @@ TEST_F(PatchUnfolderTest, LeavesBaseCornersWhereTheyAreOnFinerLevels) {
   for (std::uint32_t v = 0; v < base_vertices(); ++v) EXPECT_EQ(mesh_.positions[v], before[v]);
 }
 
+TEST_F(PatchUnfolderTest, SearchMendsWhatHasChangedPlacesAndLeavesTheRest) {
+  const Triangle& t = topology_.level(2).triangles[4 * 7 + 3];
+  swap_places(t[0], t[1]);
+  const auto before = mesh_.positions;
+  const auto folded = mesh_.opposed_triangles(2);
+  ASSERT_FALSE(folded.empty());
+  PatchUnfolder(mesh_, 2, Movable::kNewest).search(folded);
+  EXPECT_TRUE(mesh_.opposed_triangles(2).empty());
+  std::size_t moved = 0;
+  for (std::size_t v = 0; v < before.size(); ++v) moved += mesh_.positions[v] != before[v];
+  EXPECT_GE(moved, 1u);
+  EXPECT_LE(moved, 12u);
+  for (std::uint32_t v = 0; v < topology_.level(1).vertex_count; ++v)
+    EXPECT_EQ(mesh_.positions[v], before[v]) << v;
+}
+
+TEST_F(PatchUnfolderTest, SearchLeavesWhatIsWellAlone) {
+  const auto before = mesh_.positions;
+  EXPECT_TRUE(mesh_.opposed_triangles(2).empty());
+  PatchUnfolder(mesh_, 2, Movable::kAll).search({0, 1, 2, 3});
+  EXPECT_EQ(mesh_.positions, before);
+}
+
 TEST_F(PatchUnfolderTest, JournalTakesAllBack) {
   const Triangle& t = topology_.level(2).triangles[4 * 7 + 3];
   swap_places(t[0], t[1]);
