@@ -16,7 +16,7 @@ struct CleanScan;
 /// How the vertices of a normal mesh stand to where the coder predicts them.
 enum class DetailKind : std::uint8_t {
   kNormal = 0,    ///< straight above; base vertices, which are not predicted, count as such
-  kBoundary = 1,  ///< on a boundary curve of the scan
+  kBoundary = 1,  ///< on a boundary curve of the scan, off the line
   kVector = 2,    ///< aside: no hit of the line was acceptable
 };
 

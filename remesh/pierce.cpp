@@ -7,6 +7,7 @@
 #include "base/parallel.h"
 #include "remesh/adjacency.h"
 #include "remesh/boundary_curves.h"
+#include "remesh/clean_steps.h"
 #include "remesh/indices_where.h"
 #include "remesh/patch.h"
 #include "remesh/refinement.h"
@@ -31,6 +32,9 @@ class Piercer {
         predict_(predict),
         options_(options),
         curves_(map, parameterisation) {
+    Box box;
+    for (const Vec3& p : map.scan().positions) box.add(p);
+    near_boundary_ = options.near_boundary * box.extent();
     place_base();
   }
 
@@ -59,14 +63,19 @@ class Piercer {
     const std::uint32_t first = mesh_.topology().level(level).vertex_count;
     band.vertices = fine.vertex_count - first;
     for (std::uint32_t v = first; v < fine.vertex_count; ++v)
-      band.normal_only += mesh_.kind[v] == Refinement::kNormal;
+      band.normal_only += Refinement::is_normal(mesh_.kind[v]);
     band.folded_triangles = folded.size();
     for (const std::uint32_t t : folded) ++folds[t >> (2 * (level + 1))];
     return band;
   }
 
   std::vector<Vec3> take_positions() { return std::move(mesh_.positions); }
-  std::vector<std::uint8_t> take_kinds() { return std::move(mesh_.kind); }
+  std::vector<std::uint8_t> take_kinds() {
+    std::replace(mesh_.kind.begin(), mesh_.kind.end(),
+                 static_cast<std::uint8_t>(Refinement::kNearBoundary),
+                 static_cast<std::uint8_t>(Refinement::kNormal));
+    return std::move(mesh_.kind);
+  }
 
  private:
   enum class How : std::uint8_t { kSmoothing, kSearching };
@@ -149,7 +158,7 @@ class Piercer {
     const PredictedLevel prediction = predict_(mesh_.topology(), band, coarse(band));
     const std::uint32_t first = mesh_.topology().level(band).vertex_count;
     const auto off = indices_where(prediction.size(), [&](std::size_t e) {
-      if (mesh_.kind[first + e] != Refinement::kNormal) return false;
+      if (!Refinement::is_normal(mesh_.kind[first + e])) return false;
       const Vec3 offset = mesh_.positions[first + e] - prediction.point(e);
       const Vec3 normal = prediction.frame(e).normal;
       const double length = kOffLine * (offset.norm() + prediction.point(e).norm());
@@ -201,8 +210,7 @@ class Piercer {
     const std::uint32_t base_face = edge.face[0] >> (2 * level);
     const Vec3& predicted = prediction.point(e);
     const Frame frame = prediction.frame(e);
-    if (edge.is_boundary() && place_on_boundary(edge, base_face, vertex, predicted, frame.tangent2))
-      return;
+    if (edge.is_boundary() && place_on_boundary(edge, base_face, vertex, predicted, frame)) return;
 
     const Vec3& normal = frame.normal;
     const Vec3 &a = mesh_.positions[edge.vertex[0]], &b = mesh_.positions[edge.vertex[1]];
@@ -228,7 +236,7 @@ class Piercer {
 
   /// False if the edge's ends are not both on the curve of one base boundary edge.
   bool place_on_boundary(const Edge& edge, std::uint32_t base_face, std::size_t vertex,
-                         const Vec3& predicted, const Vec3& along) {
+                         const Vec3& predicted, const Frame& frame) {
     const DomainPoint a = mesh_.seen_from(edge.vertex[0], base_face);
     const DomainPoint b = mesh_.seen_from(edge.vertex[1], base_face);
     if (a.face != base_face || b.face != base_face) return false;
@@ -237,15 +245,17 @@ class Piercer {
       if (mesh_.base().neighbors[base_face][side] != kNone || a.weight[apex] != 0 ||
           b.weight[apex] != 0)
         continue;
-      const auto hit =
-          curves_.pierce(base_face, side, a.weight[next], b.weight[next], predicted, along);
+      const auto hit = curves_.pierce(base_face, side, a.weight[next], b.weight[next], predicted,
+                                      frame.tangent2);
       // Exactly on the side, whatever the chart of the scan's triangle makes of it.
       DomainPoint domain{base_face, {}};
       domain.weight[side] = 1 - hit.parameter;
       domain.weight[next] = hit.parameter;
-      mesh_.put(vertex, {hit.point, domain,
-                         position_of(hit.point, mesh_.scan().triangles, mesh_.scan().positions),
-                         Refinement::kBoundary});
+      const Vec3 at = position_of(hit.point, mesh_.scan().triangles, mesh_.scan().positions);
+      const Vec3 on_line = predicted + frame.normal.dot(at - predicted) * frame.normal;
+      const bool is_near = (at - on_line).norm() < near_boundary_;
+      mesh_.put(vertex, {hit.point, domain, is_near ? on_line : at,
+                         is_near ? Refinement::kNearBoundary : Refinement::kBoundary});
       return true;
     }
     return false;
@@ -255,6 +265,7 @@ class Piercer {
   const LevelPredictor& predict_;
   const PierceOptions& options_;
   BoundaryCurves curves_;
+  double near_boundary_ = 0;                        ///< a distance
   std::vector<std::vector<std::uint32_t>> folded_;  ///< triangles of each level that was added
 };
 

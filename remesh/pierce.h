@@ -36,6 +36,9 @@ struct PierceOptions {
   double first_aperture = 2.0, aperture = 1.0;
   double reach = 0.75;        ///< and within this many edge lengths of the prediction
   double least_facing = 0.2;  ///< and its normal agrees with the line by this cosine
+  /// Where the boundary curve is no farther than this share of the scan's extent from the line of a
+  /// boundary vertex, the vertex is on its line. 0: boundary vertices are on the curve.
+  double near_boundary = 2e-5;
   /// Folds that stay are mended by moving vertices of coarser levels as well.
   bool move_older = true;
 };
@@ -43,7 +46,8 @@ struct PierceOptions {
 struct Pierced {
   SemiRegularMesh mesh;
   std::vector<BandReport> bands;
-  /// Per vertex: 0 the detail is normal only, 1 on a boundary curve, 2 vector detail elsewhere.
+  /// Per vertex: 0 the detail is normal only, 1 on a boundary curve with a vector detail, 2 vector
+  /// detail elsewhere.
   std::vector<std::uint8_t> kind;
   /// Per base triangle: how many folded triangles it has on all levels together.
   std::vector<std::uint32_t> folds;

@@ -45,14 +45,14 @@ std::size_t Refinement::finest_on_boundary(std::size_t vertex) const {
 
 DomainPoint Refinement::domain(std::size_t vertex) const {
   if (vertex < domain_.size()) return domain_[vertex];
-  if (kind[vertex] == kBoundary) return boundary_domain_[finest_on_boundary(vertex)];
+  if (is_boundary(kind[vertex])) return boundary_domain_[finest_on_boundary(vertex)];
   return map_.to_domain(surface[vertex]);
 }
 
 void Refinement::set_domain(std::size_t vertex, const DomainPoint& point) {
   if (vertex < domain_.size())
     domain_[vertex] = point;
-  else if (kind[vertex] == kBoundary)
+  else if (is_boundary(kind[vertex]))
     boundary_domain_[finest_on_boundary(vertex)] = point;
 }
 

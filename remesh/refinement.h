@@ -16,7 +16,14 @@ namespace nacre::remesh {
 /// domain.
 class Refinement {
  public:
-  enum Kind : std::uint8_t { kNormal = 0, kBoundary = 1, kVector = 2 };
+  enum Kind : std::uint8_t {
+    kNormal = 0,
+    kBoundary = 1,
+    kVector = 2,
+    kNearBoundary = 3,  ///< on the normal's line, as near the boundary curve as makes no difference
+  };
+  static bool is_normal(std::uint8_t kind) { return kind == kNormal || kind == kNearBoundary; }
+  static bool is_boundary(std::uint8_t kind) { return kind == kBoundary || kind == kNearBoundary; }
 
   Refinement(const SurfaceMap& map, const BaseMesh& base, const LineTree& tree,
              const Topology& topology);
