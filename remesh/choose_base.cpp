@@ -222,11 +222,16 @@ void judge(const Scan& scan, const LineTree& tree, std::size_t turned,
   const SemiRegularMesh& mesh = pierced->mesh;
   Scan fine{mesh.positions, finest_triangles(mesh), mesh.origin};
   const std::vector<char> broken = mend_broken(fine, trial.map.base.triangles.size());
-  const LineTree fine_tree(fine);
-  const Distances missed = distances(scan, fine_tree, fine);
-  const Distances strayed = distances(centroids(fine), tree, scan);
+  std::optional<LineTree> fine_tree;
+  Distances missed, strayed;
+  in_parallel(
+      [&] {
+        fine_tree.emplace(fine);
+        missed = distances(scan, *fine_tree, fine);
+      },
+      [&] { strayed = distances(centroids(fine), tree, scan); });
   trial.health = health_of(
-      {scan, tree, trial.map, fine, fine_tree, mesh.level_count, pierced->folds}, missed, strayed);
+      {scan, tree, trial.map, fine, *fine_tree, mesh.level_count, pierced->folds}, missed, strayed);
   for (std::size_t f = 0; f < broken.size(); ++f) trial.health[f].is_finite = broken[f] == 0;
   trial.unhealthy.assign(pierced->folds.begin(), pierced->folds.end());
   // Pits are deep, with few vertices for their area.
