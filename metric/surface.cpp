@@ -112,22 +112,18 @@ struct Surface::Impl {
 
 Result<Surface> Surface::build(const Scan& scan) try {
   if (const Result<void> checked = check_surface(scan); !checked) return checked.error();
-  std::vector<TriangleInTree> triangles;
-  triangles.reserve(scan.triangles.size());
+  auto impl = std::make_shared<Impl>();
   CGAL::Bbox_3 box;
   for (std::size_t f = 0; f < scan.triangles.size(); ++f) {
     const Triangle& t = scan.triangles[f];
-    TriangleInTree& added = triangles.emplace_back();
+    TriangleInTree added;
     for (std::size_t k = 0; k < 3; ++k) added.corner[k] = scan.positions[t[k]];
     added.triangle = static_cast<std::uint32_t>(f);
     const auto& [a, b, c] = added.corner;
-    if (twice_area(a, b, c) > 0)
-      box += added.datum().bbox();
-    else
-      triangles.pop_back();
+    if (!(twice_area(a, b, c) > 0)) continue;
+    box += added.datum().bbox();
+    impl->tree.insert(added);
   }
-  auto impl = std::make_shared<Impl>();
-  for (const TriangleInTree& t : triangles) impl->tree.insert(t);
   impl->tree.do_not_accelerate_distance_queries();
   impl->tree.build();
   impl->bbox_diagonal =
