@@ -13,7 +13,6 @@
 #include "app/files.h"
 #include "app/level_table.h"
 #include "app/sizes.h"
-#include "base/parallel.h"
 #include "codec/edit_stream.h"
 
 namespace nacre::app {
@@ -59,6 +58,36 @@ bool is_mesh_given(const EncodeCommand& command) {
   return command.remesh.semi_regular || command.remesh.levels != 0 ||
          command.remesh.base_vertices != 0 || !command.dump.work_dir.empty() ||
          !command.dump.from.empty();
+}
+
+/// Whether a simplified mesh is worth a thought for a file of about so many bytes. Bits per
+/// semi-regular vertex want such vertices; and other transforms are for comparisons.
+bool may_be_simplified(const EncodeCommand& command, const InputFacts& input, double bytes) {
+  return !is_mesh_given(command) && command.goal.kind != Goal::Kind::kBitsPerSemiRegularVertex &&
+         command.transform == wavelet::Transform::kButterfly &&
+         8 * bytes < kBitsPerVertex * static_cast<double>(input.goal_vertices);
+}
+
+/// How near a simplified mesh of as many vertices as `bytes` can pay for is, about; none: there
+/// is no such mesh.
+std::optional<double> simplified_psnr(const EncodeCommand& command, const Scan& source,
+                                      const Reference& reference, double bytes, Console& console) {
+  RemeshSettings settings = command.remesh;
+  settings.keep_triangles = true;
+  settings.few_trials = true;
+  settings.base_vertices = std::max(4, static_cast<int>(8 * bytes / kLeastBitsPerVertex));
+  RunContext context = console.context();
+  context.progress = nullptr;  // other work may go on
+  const auto simplified = remesh::remesh(source, remesh_options(settings), context);
+  if (!simplified) return std::nullopt;
+  const Result<TriangleMesh> mesh = to_triangles(simplified->mesh);
+  if (!mesh || !has_area(*mesh)) return std::nullopt;
+  metric::Options sampling;
+  sampling.samples = kFewSamples;
+  const auto distance =
+      metric::compare(reference.scan, reference.surface, *mesh, sampling, context);
+  if (!distance) return std::nullopt;
+  return distance->psnr_db;
 }
 
 /// The place of the peak of the parabola through three places of a curve, the middle one highest;
@@ -113,10 +142,11 @@ Result<void> climb(const F& f, double first, double most, double stride) {
 class ScanCoder {
  public:
   ScanCoder(const EncodeCommand& command, Prepared& prepared, const Reference& reference,
-            StageClock& clock, Console& console)
+            std::optional<double> simplified_psnr, StageClock& clock, Console& console)
       : command_(command),
         prepared_(prepared),
         reference_(reference),
+        simplified_psnr_(simplified_psnr),
         clock_(clock),
         console_(console) {}
 
@@ -125,8 +155,6 @@ class ScanCoder {
  private:
   Result<Coded> code(const SemiRegularMesh& mesh, const Goal& goal,
                      std::size_t useful_bytes = kAnyBytes);
-  /// The mesh that `prepared` has; and, where that is known to be asked, simplified_psnr().
-  Result<Coded> code_first();
   /// Another mesh and its file; `prepared` changes only if `is_taken` of that file, or of why there
   /// is none. Errors   kCancelled.
   template <class IsTaken>
@@ -136,17 +164,9 @@ class ScanCoder {
   Result<bool> try_finer_mesh(Result<Coded>& coded);
   Result<bool> try_own_triangles(Result<Coded>& coded);
   Result<bool> try_simplified(Result<Coded>& coded);
-  /// Whether a simplified mesh is worth a thought for a file of about so many bytes. Bits per
-  /// semi-regular vertex want such vertices; and other transforms are for comparisons.
   [[nodiscard]] bool may_be_simplified(double bytes) const {
-    return !is_mesh_given(command_) &&
-           command_.goal.kind != Goal::Kind::kBitsPerSemiRegularVertex &&
-           command_.transform == wavelet::Transform::kButterfly &&
-           8 * bytes < kBitsPerVertex * static_cast<double>(prepared_.input.goal_vertices);
+    return app::may_be_simplified(command_, prepared_.input, bytes);
   }
-  /// How near a simplified mesh of as many vertices as `bytes` can pay for is, about; none: there
-  /// is no such mesh.
-  std::optional<double> simplified_psnr(double bytes);
   /// What a goal on an error still wants.
   [[nodiscard]] double short_by_db(const Coded& nearest) const;
   [[nodiscard]] Error unreachable(const Coded& nearest) const;
@@ -155,9 +175,9 @@ class ScanCoder {
   const EncodeCommand& command_;
   Prepared& prepared_;
   Reference reference_;  // with the places that were found on the way
+  std::optional<double> simplified_psnr_;
   StageClock& clock_;
   Console& console_;
-  std::optional<double> simplified_psnr_;
 };
 
 Result<Coded> ScanCoder::code(const SemiRegularMesh& mesh, const Goal& goal,
@@ -242,38 +262,6 @@ Result<bool> ScanCoder::try_own_triangles(Result<Coded>& coded) {
   return taken;
 }
 
-std::optional<double> ScanCoder::simplified_psnr(double bytes) {
-  RemeshSettings settings = command_.remesh;
-  settings.keep_triangles = true;
-  settings.few_trials = true;
-  settings.base_vertices = std::max(4, static_cast<int>(8 * bytes / kLeastBitsPerVertex));
-  RunContext context = console_.context();
-  context.progress = nullptr;  // other work may go on
-  const auto simplified = remesh::remesh(prepared_.source(), remesh_options(settings), context);
-  if (!simplified) return std::nullopt;
-  const Result<TriangleMesh> mesh = to_triangles(simplified->mesh);
-  if (!mesh || !has_area(*mesh)) return std::nullopt;
-  metric::Options sampling;
-  sampling.samples = kFewSamples;
-  const auto distance =
-      metric::compare(reference_.scan, reference_.surface, *mesh, sampling, context);
-  if (!distance) return std::nullopt;
-  return distance->psnr_db;
-}
-
-Result<Coded> ScanCoder::code_first() {
-  Result<Coded> coded = Error{ErrorCode::kCancelled, "interrupted"};
-  const auto code_mesh = [&] { coded = code(prepared_.remesh.mesh, command_.goal); };
-  const InputFacts& input = prepared_.input;
-  const double bytes = expected_bytes(command_.goal, input.goal_vertices, input.bbox_diagonal);
-  if (has_size(command_.goal) && may_be_simplified(bytes)) {
-    in_parallel(code_mesh, [&] { simplified_psnr_ = simplified_psnr(bytes); });
-  } else {
-    code_mesh();
-  }
-  return coded;
-}
-
 Result<bool> ScanCoder::try_simplified(Result<Coded>& coded) {
   // What a quality leads to is known by now: the same PSNR in fewer bytes is wanted.
   Goal goal = command_.goal;
@@ -299,7 +287,8 @@ Result<bool> ScanCoder::try_simplified(Result<Coded>& coded) {
     taken = taken || *better;
     return worth;
   };
-  if (!simplified_psnr_) simplified_psnr_ = simplified_psnr(bytes);
+  if (!simplified_psnr_)
+    simplified_psnr_ = simplified_psnr(command_, prepared_.source(), reference_, bytes, console_);
   if (Result<void> go_on = check_cancelled(console_); !go_on) return go_on.error();
   if (simplified_psnr_.value_or(0) <= coded->distance.psnr_db - kHopelessDb) return false;
   if (const auto peak = climb(worth_of, first, most, std::log(kVertexRatio)); !peak)
@@ -341,7 +330,7 @@ Error ScanCoder::too_small(const Error& error) const {
 }
 
 Result<Coded> ScanCoder::run() {
-  Result<Coded> coded = code_first();
+  Result<Coded> coded = code(prepared_.remesh.mesh, command_.goal);
   const auto is_unreachable = [&] {
     return !coded && coded.error().code == ErrorCode::kGoalUnreachable;
   };
@@ -377,9 +366,18 @@ RemeshSettings first_settings(const EncodeCommand& command, const InputFacts& in
   return for_size(command.remesh, bytes, input.goal_vertices);
 }
 
+std::optional<double> early_simplified_psnr(const EncodeCommand& command, const Prepared& prepared,
+                                            const Reference& reference, Console& console) {
+  const InputFacts& input = prepared.input;
+  const double bytes = expected_bytes(command.goal, input.goal_vertices, input.bbox_diagonal);
+  if (!has_size(command.goal) || !may_be_simplified(command, input, bytes)) return std::nullopt;
+  return simplified_psnr(command, prepared.source(), reference, bytes, console);
+}
+
 Result<Coded> code_scan(const EncodeCommand& command, Prepared& prepared,
-                        const Reference& reference, StageClock& clock, Console& console) {
-  return ScanCoder(command, prepared, reference, clock, console).run();
+                        const Reference& reference, std::optional<double> simplified_psnr,
+                        StageClock& clock, Console& console) {
+  return ScanCoder(command, prepared, reference, simplified_psnr, clock, console).run();
 }
 
 }  // namespace nacre::app

@@ -162,12 +162,18 @@ Result<void> run_encode(const EncodeCommand& command, Console& console) {
   if (Result<void> ok = read_reference(command.reference, *prepared, console); !ok) return ok;
   Result<void> remeshed;
   std::optional<Result<metric::Surface>> surface;
+  std::optional<double> simplified_psnr;
   in_parallel(
       [&] {
         remeshed = remesh_input(*prepared, first_settings(command, prepared->input), clock, console,
                                 &dumper);
       },
-      [&] { surface = metric::Surface::build(prepared->scan); });
+      [&] {
+        surface = metric::Surface::build(prepared->scan);
+        if (!*surface) return;
+        simplified_psnr =
+            early_simplified_psnr(command, *prepared, {prepared->scan, **surface}, console);
+      });
   if (!remeshed) return remeshed;
   if (!prepared->stopped_after) dumper.coefficients(prepared->remesh.mesh, command.transform);
   if (stops_by(command, DumpStage::kCoefficients)) {
@@ -179,7 +185,7 @@ Result<void> run_encode(const EncodeCommand& command, Console& console) {
   Result<Coded> coded =
       recodes(dumper)
           ? measured(command, recode(*dumper.entry(), prepared->remesh.mesh), reference, console)
-          : code_scan(command, *prepared, reference, clock, console);
+          : code_scan(command, *prepared, reference, simplified_psnr, clock, console);
   if (!coded) return coded.error();
   note_remesh(*prepared, console);
   dumper.coded(coded->encoded, coded->options);

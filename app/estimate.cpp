@@ -13,15 +13,14 @@
 namespace nacre::app {
 namespace {
 
-// Measured, see README.md here and in batch/. The fixed parts are what coding takes whatever the
-// scan; the semi-regular mesh grows in steps of four, so the bytes are those of scans whose finest
-// level is dense, and others take half of that or less.
+// Measured, see README.md here and in batch/. Memory goes with the finest level. That has as many
+// triangles as are asked for, or up to four times that, and small scans have other meshes tried.
 constexpr double kSecondsPerScan = 8, kSecondsPerTriangle = 1.5e-4;
 constexpr double kRemeshShare = 0.5;     // of the seconds
 constexpr double kParallelShare = 0.75;  // of the work, by Amdahl's law
-constexpr std::uint64_t kBytesPerScan = 350'000'000, kBytesPerTriangle = 2'300;
-/// A level more than that is what a large goal can bring: up to four times what it asks for.
-constexpr std::uint64_t kBytesPerMesh = 100'000'000, kBytesPerFinest = 1'850;
+constexpr std::uint64_t kLeastBytes = 400'000'000, kBytesPerMesh = 150'000'000;
+/// For each triangle that is asked for.
+constexpr std::uint64_t kBytesPerFinest = 960;
 /// The remesher gives this many finest triangles for one of the scan in any case, and no goal more.
 constexpr double kUsualFinest = 2.5, kMostFinest = 16;
 constexpr std::uint64_t kMostTriangles = 1'000'000'000'000;  // a header may claim anything
@@ -75,9 +74,10 @@ double expected_seconds(std::uint64_t triangles, std::uint64_t finest) {
 
 std::uint64_t expected_peak_bytes(std::uint64_t triangles, std::uint64_t finest) {
   triangles = std::min(triangles, kMostTriangles);
+  const auto usual = static_cast<std::uint64_t>(kUsualFinest * static_cast<double>(triangles));
   const auto most = static_cast<std::uint64_t>(kMostFinest) * triangles;
-  return std::max(kBytesPerScan + kBytesPerTriangle * triangles,
-                  kBytesPerMesh + kBytesPerFinest * std::min(finest, most));
+  return std::max(kLeastBytes,
+                  kBytesPerMesh + kBytesPerFinest * std::max(usual, std::min(finest, most)));
 }
 
 Result<bool> only_estimates(const Common& common, const InputFacts& input, bool codes,

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 #include "base/parallel.h"
 #include "codec/choose_positions.h"
@@ -217,15 +218,16 @@ Result<CodedGeometry> code_best(const Prepared& prepared, const BestSettings& se
   for (int j = 0; j < topology.level_count(); ++j) {
     const auto band = static_cast<std::size_t>(j);
     std::vector<Vec3> details;
+    PredictedLevel prediction;
     if (follows) {
-      auto prediction = wavelet::predict(topology, j, coarse);
-      details.resize(prediction.points.size());
+      prediction = wavelet::predict_level(topology, j, coarse);
+      details.resize(prediction.size());
       parallel_for_each_index(details.size(), [&](std::size_t i) {
         const std::size_t v = coarse.size() + i;
         const Vec3& target =
             settings.targets ? (*settings.targets)[band + 1][i] : prepared.positions[v];
-        const Vec3 vector = target - prediction.points[i];
-        const Frame& f = prediction.frames[i];
+        const Vec3 vector = target - prediction.point(i);
+        const Frame f = prediction.frame(i);
         details[i] = to_frame(f, vector);
         if (!settings.targets || topology.level(j).edges[i].is_boundary()) return;
         // Without its tangential part, all that hangs on such a vertex would drift.
@@ -264,7 +266,10 @@ Result<CodedGeometry> code_best(const Prepared& prepared, const BestSettings& se
       sparse.edges.push_back(e);
       sparse.details.push_back(d);
     }
-    synthesizer.next_level(j, sparse, coarse);
+    if (follows)
+      coarse = wavelet::with_details(std::move(prediction), sparse);
+    else
+      synthesizer.next_level(j, sparse, coarse);
   }
   coded.error = mean_squared_difference(coarse, prepared.positions);
   coded.decoded = std::move(coarse);

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "codec/assemble.h"
 #include "codec/best_coder.h"
@@ -39,8 +40,24 @@ struct Effort {
   /// Room in the file that may stay unused; and before the targets are known.
   double unused_share, first_unused_share;
   int shrinking_rounds;  ///< of sparse_targets()
+  bool is_quick;         ///< see BestEncoder::quickly()
 };
-constexpr Effort kNormalEffort = {1.0 / 400, 1.0 / 16, 40}, kFastEffort = {1.0 / 200, 1.0 / 6, 12};
+constexpr Effort kNormalEffort = {1.0 / 400, 1.0 / 16, 40, false},
+                 kFastEffort = {1.0 / 200, 1.0 / 6, 12, true};
+
+/// A quick search begins at the step that is usual for the size: log2(bytes) at a step of 2^-8 of
+/// the diagonal, and what each halving of it adds.
+constexpr double kUsualLog2Bytes = 10.8, kUsualPerOctave = 0.875;
+/// How sizes go with positions near there: ln(bytes) falls so much with each.
+constexpr double kLogSizePerPosition = 0.015;
+/// So near its size, in ln(bytes), a file without targets says where targets should be; it is
+/// looked for so often, and with targets.
+constexpr double kNearEnough = 0.35;
+constexpr int kQuickLooks = 3, kQuickTrials = 6;
+/// What targets save, in positions.
+constexpr double kSavedByTargets = 8;
+/// Error goes with this power of the size.
+constexpr double kErrorPerSize = -1.5;
 
 class BestEncoder {
  public:
@@ -85,6 +102,12 @@ class BestEncoder {
   Result<Trial> at_step();
   /// The best file of at most the target.
   Result<Trial> within_target();
+  /// The same in a few trials, about as good; none where the usual search has to do it.
+  Result<std::optional<Trial>> quickly();
+  /// A file without targets of about the size, and where it would have it.
+  Result<std::optional<std::pair<Trial, double>>> look_quickly() const;
+  /// The largest file found that fits, by few trials from `position` on; none: none did.
+  Result<std::optional<Trial>> close_in(double position) const;
   [[nodiscard]] bool is_base_alone() const { return prepared_.topology.level_count() == 0; }
   /// Whether levels can aim at anything else than the mesh as it is.
   [[nodiscard]] bool has_aims() const { return weights_ && !is_base_alone(); }
@@ -123,6 +146,7 @@ class BestEncoder {
   std::vector<StepRange> ranges_;
   int base_step_ = 0;                 ///< with targets
   double finest_ = 0, coarsest_ = 0;  ///< positions between which anything changes
+  double extent_ = 0;                 ///< the diagonal of the mesh's box
 };
 
 BestEncoder::BestEncoder(const SemiRegularMesh& mesh, const EncodeOptions& options,
@@ -135,6 +159,12 @@ BestEncoder::BestEncoder(const SemiRegularMesh& mesh, const EncodeOptions& optio
   if (prepared.transform == wavelet::Transform::kButterfly) {
     weights_ = surface_weights(prepared);
   }
+  Vec3 low = prepared.positions.front(), high = low;
+  for (const Vec3& p : prepared.positions) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  extent_ = norm(high - low);
   gains_ = best_gains(prepared);
   ranges_.push_back(base_range());
   for (std::size_t j = 0; j < prepared.pyramid.bands.size(); ++j) ranges_.push_back(band_range(j));
@@ -303,7 +333,85 @@ Result<BestEncoder::Trial> BestEncoder::at_step() {
   return trial;
 }
 
+Result<std::optional<std::pair<BestEncoder::Trial, double>>> BestEncoder::look_quickly() const {
+  const double log_target = std::log(static_cast<double>(options_.target_bytes));
+  const double fineness = 8 + (log_target / std::log(2.0) - kUsualLog2Bytes) / kUsualPerOctave;
+  double position = kStepsPerOctave * (std::log2(extent_) - fineness);
+  for (int i = 0; i < kQuickLooks; ++i) {
+    if (context_.cancelled()) return encoding_cancelled();
+    if (!(position > finest_ && position < coarsest_)) break;
+    auto trial = make_trial(position);
+    if (!trial) return trial.error();
+    const double excess = trial->log_size() - log_target;
+    position += excess / kLogSizePerPosition;
+    if (std::abs(excess) < kNearEnough)
+      return std::optional(std::pair(std::move(*trial), position));
+  }
+  return std::optional<std::pair<Trial, double>>();
+}
+
+Result<std::optional<BestEncoder::Trial>> BestEncoder::close_in(double position) const {
+  // A little below the target, for sizes are not smooth.
+  const double aim = std::log(static_cast<double>(options_.target_bytes)) +
+                     std::log1p(-0.5 * effort_.unused_share);
+  std::optional<Trial> best;
+  std::optional<std::pair<double, double>> fine, coarse;  // position and ln(bytes) of the nearest
+  for (int i = 0; i < kQuickTrials && !(best && is_close(*best, effort_.unused_share)); ++i) {
+    if (context_.cancelled()) return encoding_cancelled();
+    position = std::clamp(position, finest_, coarsest_);
+    if ((fine && fine->first == position) || (coarse && coarse->first == position)) break;
+    auto trial = make_trial(position);
+    if (!trial) return trial.error();
+    const std::pair now(trial->position, trial->log_size());
+    (fits(*trial) ? coarse : fine) = now;
+    if (fits(*trial) && (!best || trial->bytes.size() > best->bytes.size()))
+      best = std::move(*trial);
+    double slope = -kLogSizePerPosition;
+    if (fine && coarse) {
+      if (coarse->first - fine->first < 1e-3) break;
+      slope = (coarse->second - fine->second) / (coarse->first - fine->first);
+    }
+    position = now.first + (aim - now.second) / std::min(slope, -1e-6);
+    if (fine && coarse) {
+      const double gap = coarse->first - fine->first;
+      position = std::clamp(position, fine->first + 0.1 * gap, coarse->first - 0.1 * gap);
+    }
+    context_.report("choosing steps", std::min(0.95, (i + 3.0) / 9));
+  }
+  return best;
+}
+
+Result<std::optional<BestEncoder::Trial>> BestEncoder::quickly() {
+  auto look = look_quickly();
+  if (!look) return look.error();
+  if (!*look) return std::optional<Trial>();
+  auto& [trial, position] = **look;
+  aim(position);
+  auto again = close_in(position - kSavedByTargets);
+  if (!again || !*again) {
+    targets_.reset();
+    return again;
+  }
+  if (!is_close(**again, effort_.unused_share)) {  // sizes jump here
+    const double guess = (*again)->position - kStepsPerOctave / 8.0;
+    auto rest = search(std::move(**again), effort_.unused_share, guess);
+    if (!rest) return rest.error();
+    *again = std::move(*rest);
+  }
+  // As in within_target(), but of files whose sizes differ.
+  const double longer = std::log(static_cast<double>(options_.target_bytes)) - trial.log_size();
+  if (error_of(**again) < kDriftAllowance * error_of(trial) * std::exp(kErrorPerSize * longer))
+    return again;
+  targets_.reset();
+  return std::optional<Trial>();
+}
+
 Result<BestEncoder::Trial> BestEncoder::within_target() {
+  if (effort_.is_quick && has_aims()) {
+    auto quick = quickly();
+    if (!quick) return quick.error();
+    if (*quick) return std::move(**quick);
+  }
   auto smallest = make_trial(coarsest_ + kStepsPerOctave);
   if (!smallest) return smallest.error();
   if (!fits(*smallest)) return base_too_large(smallest->bytes.size(), options_.target_bytes);

@@ -57,10 +57,11 @@ std::vector<std::vector<Vec3>> detail_vectors(const Topology& topology,
   std::vector<std::vector<Vec3>> bands;
   for (int j = 0; j < topology.level_count(); ++j) {
     const auto coarse = positions.first(topology.level(j).vertex_count);
-    auto vectors = wavelet::predict(topology, j, coarse).points;
-    for (std::size_t i = 0; i < vectors.size(); ++i)
-      vectors[i] = positions[coarse.size() + i] - vectors[i];
-    bands.push_back(std::move(vectors));
+    const PredictedLevel prediction = wavelet::predict_level(topology, j, coarse);
+    std::vector<Vec3>& vectors = bands.emplace_back(prediction.size());
+    parallel_for_each_index(vectors.size(), [&](std::size_t i) {
+      vectors[i] = positions[coarse.size() + i] - prediction.point(i);
+    });
   }
   return bands;
 }

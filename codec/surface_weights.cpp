@@ -35,6 +35,34 @@ void scale_to_mean_one(std::vector<double>& values) {
   for (double& v : values) v = std::max(v * scale, 0.01);
 }
 
+/// Of the finest triangles.
+void list_fans(const Topology& topology, SurfaceWeights& weights) {
+  const std::size_t vertices = topology.vertex_count();
+  const auto& triangles = topology.level(topology.level_count()).triangles;
+  weights.fan_begin.assign(vertices + 1, 0);
+  for (const Triangle& triangle : triangles)
+    for (const std::uint32_t v : triangle) ++weights.fan_begin[v + 1];
+  for (std::size_t v = 0; v < vertices; ++v) weights.fan_begin[v + 1] += weights.fan_begin[v];
+  weights.fans.resize(3 * triangles.size());
+  std::vector<std::uint32_t> next(weights.fan_begin.begin(), weights.fan_begin.end() - 1);
+  for (std::uint32_t f = 0; f < triangles.size(); ++f)
+    for (const std::uint32_t v : triangles[f]) weights.fans[next[v]++] = f;
+}
+
+/// Areas, on all levels.
+void weigh(const Topology& topology, std::span<const Vec3> p, SurfaceWeights& weights) {
+  const int finest = topology.level_count();
+  for (int j = 0; j <= finest; ++j) {
+    std::vector<double> areas =
+        vertex_areas(topology.level(j), p.first(topology.level(j).vertex_count));
+    scale_to_mean_one(areas);
+    const std::size_t kept = j == 0 ? 0 : topology.level(j - 1).vertex_count;
+    weights.level_areas.emplace_back(areas.begin() + static_cast<std::ptrdiff_t>(kept),
+                                     areas.end());
+    if (j == finest) weights.areas = std::move(areas);
+  }
+}
+
 /// In the triangle's plane where the foot lies inside, else on its sides.
 SurfaceFoot foot_on_triangle(const Vec3& p, const Triangle& t, std::span<const Vec3> points) {
   const Vec3 normal = cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]]);
@@ -72,28 +100,14 @@ std::vector<Vec3> surface_normals(const Topology& topology, std::span<const Vec3
 
 SurfaceWeights surface_weights(const Prepared& prepared) {
   const Topology& topology = prepared.topology;
-  const int finest = topology.level_count();
-  SurfaceWeights weights;
-  weights.normals = surface_normals(topology, prepared.positions);
   const auto& p = prepared.positions;
-  weights.fan_begin.assign(p.size() + 1, 0);
-  const auto& triangles = topology.level(finest).triangles;
-  for (const Triangle& triangle : triangles)
-    for (const std::uint32_t v : triangle) ++weights.fan_begin[v + 1];
-  for (std::size_t v = 0; v < p.size(); ++v) weights.fan_begin[v + 1] += weights.fan_begin[v];
-  weights.fans.resize(3 * triangles.size());
-  std::vector<std::uint32_t> next(weights.fan_begin.begin(), weights.fan_begin.end() - 1);
-  for (std::uint32_t f = 0; f < triangles.size(); ++f)
-    for (const std::uint32_t v : triangles[f]) weights.fans[next[v]++] = f;
-  for (int j = 0; j <= finest; ++j) {
-    std::vector<double> areas =
-        vertex_areas(topology.level(j), std::span(p).first(topology.level(j).vertex_count));
-    scale_to_mean_one(areas);
-    const std::size_t kept = j == 0 ? 0 : topology.level(j - 1).vertex_count;
-    weights.level_areas.emplace_back(areas.begin() + static_cast<std::ptrdiff_t>(kept),
-                                     areas.end());
-    if (j == finest) weights.areas = std::move(areas);
-  }
+  SurfaceWeights weights;
+  in_parallel(
+      [&] {
+        weights.normals = surface_normals(topology, p);
+        list_fans(topology, weights);
+      },
+      [&] { weigh(topology, p, weights); });
   return weights;
 }
 

@@ -159,17 +159,25 @@ Result<Comparison> compare(const Scan& a, const Surface& surface_a, const Scan& 
   const Result<Scan> beside = moved_beside(a, b);
   if (!beside) return beside.error();
   const Scan& b_beside_a = *beside;
-  const Result<Surface> surface_b = Surface::build(b_beside_a);
-  if (!surface_b) return surface_b.error();
+  if (const Result<void> ok = check_surface(b_beside_a); !ok) return ok.error();
 
   const double largest = std::max(largest_coordinate(a), largest_coordinate(b_beside_a));
   const Scale scale = {kRoundingUlps * std::numeric_limits<double>::epsilon() * largest,
                        surface_a.bbox_diagonal()};
   Comparison result;
   context.report("compare", 0.0);
-  result.a_to_b = one_sided(a, *surface_b, scale, options, options.places, context);
-  context.report("compare", 0.5);
-  result.b_to_a = one_sided(b_beside_a, surface_a, scale, options, {}, context);
+  // One direction waits for a tree that grows on one thread; the other need not.
+  Result<void> built;
+  in_parallel(
+      [&] {
+        const Result<Surface> surface_b = Surface::build(b_beside_a);
+        if (surface_b)
+          result.a_to_b = one_sided(a, *surface_b, scale, options, options.places, context);
+        else
+          built = surface_b.error();
+      },
+      [&] { result.b_to_a = one_sided(b_beside_a, surface_a, scale, options, {}, context); });
+  if (!built) return built.error();
   context.report("compare", 1.0);
   if (context.cancelled()) return Error{ErrorCode::kCancelled, "comparison cancelled"};
 

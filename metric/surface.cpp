@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "metric/beside.h"
 #include "metric/metric.h"
 #include "metric/triangle.h"
 
@@ -84,7 +85,9 @@ struct NearestTraversal {
   }
 };
 
-Result<void> check(const Scan& scan) {
+}  // namespace
+
+Result<void> check_surface(const Scan& scan) {
   for (std::size_t v = 0; v < scan.positions.size(); ++v) {
     if (!(scan.positions[v].array().abs() <= kLargestCoordinate).all())
       return Error{ErrorCode::kBadInput, "vertex coordinate is not a finite number below 1e75", v};
@@ -94,10 +97,13 @@ Result<void> check(const Scan& scan) {
       if (v >= scan.positions.size())
         return Error{ErrorCode::kBadInput, "triangle names a vertex that does not exist", f};
   }
+  const auto has_area = [&](const Triangle& t) {
+    return twice_area(scan.positions[t[0]], scan.positions[t[1]], scan.positions[t[2]]) > 0;
+  };
+  if (std::none_of(scan.triangles.begin(), scan.triangles.end(), has_area))
+    return Error{ErrorCode::kBadInput, "no triangle with an area: there is no surface to measure"};
   return {};
 }
-
-}  // namespace
 
 struct Surface::Impl {
   Tree tree;
@@ -105,26 +111,19 @@ struct Surface::Impl {
 };
 
 Result<Surface> Surface::build(const Scan& scan) try {
-  if (const Result<void> checked = check(scan); !checked) return checked.error();
-  std::vector<TriangleInTree> triangles;
-  triangles.reserve(scan.triangles.size());
+  if (const Result<void> checked = check_surface(scan); !checked) return checked.error();
+  auto impl = std::make_shared<Impl>();
   CGAL::Bbox_3 box;
   for (std::size_t f = 0; f < scan.triangles.size(); ++f) {
     const Triangle& t = scan.triangles[f];
-    TriangleInTree& added = triangles.emplace_back();
+    TriangleInTree added;
     for (std::size_t k = 0; k < 3; ++k) added.corner[k] = scan.positions[t[k]];
     added.triangle = static_cast<std::uint32_t>(f);
     const auto& [a, b, c] = added.corner;
-    if (twice_area(a, b, c) > 0)
-      box += added.datum().bbox();
-    else
-      triangles.pop_back();
+    if (!(twice_area(a, b, c) > 0)) continue;
+    box += added.datum().bbox();
+    impl->tree.insert(added);
   }
-  if (triangles.empty())
-    return Error{ErrorCode::kBadInput, "no triangle with an area: there is no surface to measure"};
-
-  auto impl = std::make_shared<Impl>();
-  for (const TriangleInTree& t : triangles) impl->tree.insert(t);
   impl->tree.do_not_accelerate_distance_queries();
   impl->tree.build();
   impl->bbox_diagonal =

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <optional>
 
@@ -222,11 +223,16 @@ void judge(const Scan& scan, const LineTree& tree, std::size_t turned,
   const SemiRegularMesh& mesh = pierced->mesh;
   Scan fine{mesh.positions, finest_triangles(mesh), mesh.origin};
   const std::vector<char> broken = mend_broken(fine, trial.map.base.triangles.size());
-  const LineTree fine_tree(fine);
-  const Distances missed = distances(scan, fine_tree, fine);
-  const Distances strayed = distances(centroids(fine), tree, scan);
+  std::optional<LineTree> fine_tree;
+  Distances missed, strayed;
+  in_parallel(
+      [&] {
+        fine_tree.emplace(fine);
+        missed = distances(scan, *fine_tree, fine);
+      },
+      [&] { strayed = distances(centroids(fine), tree, scan); });
   trial.health = health_of(
-      {scan, tree, trial.map, fine, fine_tree, mesh.level_count, pierced->folds}, missed, strayed);
+      {scan, tree, trial.map, fine, *fine_tree, mesh.level_count, pierced->folds}, missed, strayed);
   for (std::size_t f = 0; f < broken.size(); ++f) trial.health[f].is_finite = broken[f] == 0;
   trial.unhealthy.assign(pierced->folds.begin(), pierced->folds.end());
   // Pits are deep, with few vertices for their area.
@@ -406,17 +412,24 @@ void place_at_missed(const Scan& scan, const LineTree& tree, std::size_t proxy_v
 }
 
 /// On a proxy of about so many vertices if the scan has clearly more; then judged on the scan
-/// itself, where that decides about anything. What is healthy on the proxy may fold there.
-Result<Trial> choose_on_proxy(const Scan& scan, const LineTree& tree, std::size_t proxy_vertices,
-                              const BaseSize& size, int levels, const LevelPredictor& predict,
-                              const RunContext& context) {
+/// itself, where that decides about anything. What is healthy on the proxy may fold there. Makes
+/// the scan's tree if there is none yet.
+Result<Trial> choose_on_proxy(const Scan& scan, std::shared_ptr<const LineTree>& tree_of_scan,
+                              std::size_t proxy_vertices, const BaseSize& size, int levels,
+                              const LevelPredictor& predict, const RunContext& context) {
+  const auto make_tree = [&] {
+    if (!tree_of_scan) tree_of_scan = std::make_shared<const LineTree>(scan);
+  };
   if (scan.positions.size() <= proxy_vertices * 5 / 4) {
-    auto trials = make_trials(scan, tree, size, levels, predict, context);
+    make_tree();
+    auto trials = make_trials(scan, *tree_of_scan, size, levels, predict, context);
     if (!trials) return trials.error();
     return std::move(trials->front());
   }
-  const auto proxy = make_proxy(scan, proxy_vertices, {}, context);
+  Result<Proxy> proxy = Proxy{};
+  in_parallel([&] { proxy = make_proxy(scan, proxy_vertices, {}, context); }, make_tree);
   if (!proxy) return proxy.error();
+  const LineTree& tree = *tree_of_scan;
   const LineTree proxy_tree(proxy->scan);
   auto trials = make_trials(proxy->scan, proxy_tree, size, levels, predict, context);
   if (!trials) return trials.error();
@@ -441,11 +454,11 @@ Result<Trial> choose_on_proxy(const Scan& scan, const LineTree& tree, std::size_
 
 }  // namespace
 
-Result<BaseChoice> choose_base(const Scan& scan, const LineTree& tree, const BaseSize& size,
-                               int levels, const LevelPredictor& predict,
-                               const RunContext& context) {
-  const auto choice = [](Trial& trial) {
-    return BaseChoice{std::move(trial.map), std::move(trial.health)};
+Result<BaseChoice> choose_base(const Scan& scan, const BaseSize& size, int levels,
+                               const LevelPredictor& predict, const RunContext& context) {
+  std::shared_ptr<const LineTree> tree;
+  const auto choice = [&](Trial& trial) {
+    return BaseChoice{std::move(trial.map), std::move(trial.health), tree};
   };
   std::size_t proxy_vertices =
       std::max(kProxyVertices,
@@ -460,7 +473,7 @@ Result<BaseChoice> choose_base(const Scan& scan, const LineTree& tree, const Bas
   }
   // What the proxy does not have, such as a narrow pit, only the scan itself can tell.
   if (size.vertices == 0 && scan.positions.size() > proxy_vertices * 5 / 4)
-    place_at_missed(scan, tree, proxy_vertices, predict, context, *best);
+    place_at_missed(scan, *tree, proxy_vertices, predict, context, *best);
   const auto now = static_cast<double>(best->map.base.scan_vertex.size());
   const int more = static_cast<int>(kMoreForMissed * now);
   if (size.vertices > 0 || best->far_share < kMuchMissed || (size.most > 0 && more > size.most))

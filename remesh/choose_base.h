@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <memory>
+
 #include "base/run_context.h"
 #include "base/semi_regular_mesh.h"
 #include "remesh/base_domain.h"
@@ -25,6 +27,7 @@ struct BaseChoice {
   /// Per base triangle, of the trial that was chosen: on the proxy, where the scan itself was not
   /// looked at.
   std::vector<Health> health;
+  std::shared_ptr<const LineTree> tree;  ///< of the scan, which it refers to
 };
 
 /// Simplifies with several settings, relaxes and pierces each to a low level, and returns the map
@@ -33,8 +36,7 @@ struct BaseChoice {
 ///
 /// `levels` is what the mesh will have, 0 when that follows from the base: trials go no further.
 /// Errors   kCancelled; kNoConvergence: no trial was useful.
-[[nodiscard]] Result<BaseChoice> choose_base(const Scan& scan, const LineTree& tree,
-                                             const BaseSize& size, int levels,
+[[nodiscard]] Result<BaseChoice> choose_base(const Scan& scan, const BaseSize& size, int levels,
                                              const LevelPredictor& predict,
                                              const RunContext& context = {});
 

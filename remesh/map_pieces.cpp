@@ -275,15 +275,15 @@ class Mapper {
     *part.scan = std::move(selected.scan);
     part.piece = std::move(selected.piece);
     for (std::uint32_t& p : part.piece) p = pieces[p];
-    part.tree = std::make_shared<const LineTree>(*part.scan);
     BaseSize usual = base_size(options_, selected.pieces, part.scan->positions.size());
     usual.useful = useful;
     usual.few_trials = options_.few_trials;
-    auto choice = choose_base(*part.scan, *part.tree, size != nullptr ? *size : usual,
-                              options_.levels, options_.predict, context_);
+    auto choice = choose_base(*part.scan, size != nullptr ? *size : usual, options_.levels,
+                              options_.predict, context_);
     if (!choice) return choice.error();
     if (context_.cancelled()) return Error{ErrorCode::kCancelled, "interrupted", 0};
     part.map = std::move(choice->map);
+    part.tree = std::move(choice->tree);
     count_base(choice->health, cleaned_.pieces.size(), part);
     return part;
   }

@@ -10,6 +10,7 @@
 #include <limits>
 #include <queue>
 
+#include "base/parallel.h"
 #include "remesh/adjacency.h"
 
 namespace nacre::remesh {
@@ -56,6 +57,13 @@ struct Quadric {
 struct FlatStar {
   Star star;
   std::vector<Vec2> ring;  // flat positions of star.ring
+};
+
+/// Room to work in, kept to avoid allocations in the inner loop.
+struct Scratch {
+  FlatStar flat;
+  Star other;
+  std::vector<double> angle, length;
 };
 
 struct Candidate {
@@ -176,13 +184,25 @@ class Simplifier {
   }
 
   void fill_queue() {
-    for (std::uint32_t v = 0; v < stamp_.size(); ++v) push(v);
+    constexpr std::size_t kBlock = 1024;
+    const std::size_t n = stamp_.size();
+    std::vector<Candidate> best(n);
+    parallel_for_each_index((n + kBlock - 1) / kBlock,
+                            [&](std::size_t block) {
+                              Scratch room;
+                              for (std::size_t v = block * kBlock;
+                                   v < std::min(n, (block + 1) * kBlock); ++v)
+                                best[v] = best_collapse(static_cast<std::uint32_t>(v), room);
+                            },
+                            1);
+    for (std::uint32_t v = 0; v < n; ++v) push(v, best[v]);
   }
 
-  void push(std::uint32_t v) {
+  void push(std::uint32_t v) { push(v, best_collapse(v, scratch_)); }
+
+  void push(std::uint32_t v, const Candidate& best) {
     stale_[v] = 0;
     blocked_[v] = 0;
-    const Candidate best = best_collapse(v);
     ++stamp_[v];
     if (best.target == kNone) {
       blocked_[v] = 1;
@@ -191,31 +211,32 @@ class Simplifier {
     queue_.push({best.cost * importance_[v], v, best.target, stamp_[v]});
   }
 
-  void flatten(std::uint32_t v, FlatStar& flat) const {
+  void flatten(std::uint32_t v, Scratch& room) const {
+    FlatStar& flat = room.flat;
     collect_star(faces_, neighbors_, v, face_of_[v], flat.star);
     const std::size_t k = flat.star.faces.size(), n = flat.star.ring.size();
-    angle_.resize(k);
-    length_.resize(n);
+    room.angle.resize(k);
+    room.length.resize(n);
     double total = 0, mean = 0;
     for (std::size_t m = 0; m < n; ++m) {
-      length_[m] = (at(flat.star.ring[m]) - at(v)).norm();
-      mean += length_[m] / static_cast<double>(n);
+      room.length[m] = (at(flat.star.ring[m]) - at(v)).norm();
+      mean += room.length[m] / static_cast<double>(n);
     }
     for (std::size_t m = 0; m < k; ++m) {
       const Vec3 a = at(flat.star.ring[m]) - at(v), b = at(flat.star.ring_at(m + 1)) - at(v);
-      angle_[m] = std::atan2(a.cross(b).norm(), a.dot(b));
+      room.angle[m] = std::atan2(a.cross(b).norm(), a.dot(b));
       // A sliver's angle of 0 would hide its area: every wedge keeps a little room.
-      angle_[m] = std::max(angle_[m], 1e-3);
-      total += angle_[m];
+      room.angle[m] = std::max(room.angle[m], 1e-3);
+      total += room.angle[m];
     }
     const double scale = (flat.star.boundary ? M_PI : 2 * M_PI) / total;
     flat.ring.resize(n);
     double angle = 0;
     for (std::size_t m = 0; m < n; ++m) {
       const double r =
-          std::pow(std::max(length_[m] / std::max(mean, 1e-300), 1e-3), std::min(scale, 2.0));
+          std::pow(std::max(room.length[m] / std::max(mean, 1e-300), 1e-3), std::min(scale, 2.0));
       flat.ring[m] = {r * std::cos(angle), r * std::sin(angle)};
-      if (m < k) angle += angle_[m] * scale;
+      if (m < k) angle += room.angle[m] * scale;
     }
     if (flat.star.boundary) flat.ring.back()[1] = flat.ring.front()[1] = 0;
   }
@@ -230,9 +251,9 @@ class Simplifier {
     }
   }
 
-  Candidate best_collapse(std::uint32_t v) const {
-    flatten(v, scratch_);
-    const Star& star = scratch_.star;
+  Candidate best_collapse(std::uint32_t v, Scratch& room) const {
+    flatten(v, room);
+    const Star& star = room.flat.star;
     const std::size_t n = star.ring.size();
     Candidate best;
     if (star.boundary && star.faces.size() < 2) return best;
@@ -241,16 +262,17 @@ class Simplifier {
     const double scan_area = scan_normal.norm();
     for (std::size_t s = 0; s < n; ++s) {
       if (star.boundary && s != 0 && s + 1 != n) continue;
-      const double cost = collapse_cost(v, s, scan_normal, scan_area, best.cost);
-      if (cost < best.cost && links_agree(v, s, star) && (options_.chords || !makes_chord(s, star)))
+      const double cost = collapse_cost(room.flat, v, s, scan_normal, scan_area, best.cost);
+      if (cost < best.cost && links_agree(v, s, star, room.other) &&
+          (options_.chords || !makes_chord(s, star)))
         best = {cost, star.ring[s]};
     }
     return best;
   }
 
-  double collapse_cost(std::uint32_t v, std::size_t s, const Vec3& scan_normal, double scan_area,
-                       double bound) const {
-    const Star& star = scratch_.star;
+  double collapse_cost(const FlatStar& flat, std::uint32_t v, std::size_t s,
+                       const Vec3& scan_normal, double scan_area, double bound) const {
+    const Star& star = flat.star;
     const std::uint32_t j = star.ring[s];
     const Vec3& pj = at(j);
     double cost = quadric_[v].at(pj - centre_) + quadric_[j].at(pj - centre_);
@@ -260,7 +282,7 @@ class Simplifier {
     for_kept_faces(star, s, [&](std::size_t m) {
       if (!valid) return;
       const std::size_t m1 = (m + 1) % star.ring.size();
-      const Vec2 &b = scratch_.ring[m], &c = scratch_.ring[m1], &a = scratch_.ring[s];
+      const Vec2 &b = flat.ring[m], &c = flat.ring[m1], &a = flat.ring[s];
       const double longest =
           std::max({(b - a).squaredNorm(), (c - a).squaredNorm(), (c - b).squaredNorm()});
       if (signed_area(a, b, c) <= kMinFlatArea * longest) {
@@ -294,15 +316,15 @@ class Simplifier {
   }
 
   /// Link condition: the collapse keeps the topology. [DeyEtAl1999]
-  bool links_agree(std::uint32_t v, std::size_t s, const Star& star) const {
+  bool links_agree(std::uint32_t v, std::size_t s, const Star& star, Star& other) const {
     const std::uint32_t j = star.ring[s];
     const std::size_t n = star.ring.size();
-    collect_star(faces_, neighbors_, j, face_of_[j], other_);
-    if (!star.boundary && star.faces.size() == 3 && other_.faces.size() == 3 && !other_.boundary)
+    collect_star(faces_, neighbors_, j, face_of_[j], other);
+    if (!star.boundary && star.faces.size() == 3 && other.faces.size() == 3 && !other.boundary)
       return false;  // a tetrahedron is as small as a closed piece gets
     const std::uint32_t before = star.boundary && s == 0 ? kNone : star.ring[(s + n - 1) % n];
     const std::uint32_t after = star.boundary && s + 1 == n ? kNone : star.ring[(s + 1) % n];
-    for (const std::uint32_t w : other_.ring) {
+    for (const std::uint32_t w : other.ring) {
       if (w == v || w == before || w == after) continue;
       if (std::find(star.ring.begin(), star.ring.end(), w) != star.ring.end()) return false;
     }
@@ -312,11 +334,11 @@ class Simplifier {
   /// Returns false, with nothing changed, if the exact check of the new faces' normals fails.
   bool collapse(std::uint32_t v, std::uint32_t j) {
     flatten(v, scratch_);
-    const Star star = scratch_.star;
+    const Star star = scratch_.flat.star;
     const auto s = static_cast<std::size_t>(std::find(star.ring.begin(), star.ring.end(), j) -
                                             star.ring.begin());
     // The target's own star may have changed since the collapse was chosen.
-    if (s == star.ring.size() || !links_agree(v, s, star)) return false;
+    if (s == star.ring.size() || !links_agree(v, s, star, scratch_.other)) return false;
     kept_.clear();
     for_kept_faces(star, s, [&](std::size_t m) { kept_.push_back(m); });
     if (!relocate_points(v, star, s)) return false;
@@ -350,7 +372,7 @@ class Simplifier {
     for (std::size_t m = 0; m < star.faces.size(); ++m) {
       const std::uint32_t f = star.faces[m];
       const std::uint32_t c = corner_of(faces_[f], v);
-      const Vec2 &q1 = scratch_.ring[m], &q2 = scratch_.ring[(m + 1) % star.ring.size()];
+      const Vec2 &q1 = scratch_.flat.ring[m], &q2 = scratch_.flat.ring[(m + 1) % star.ring.size()];
       for (std::uint32_t p = first_point_[f]; p != kNone; p = next_point_[p]) {
         const auto& w = point_[p].weight;
         locate(p, w[(c + 1) % 3] * q1 + w[(c + 2) % 3] * q2);
@@ -368,11 +390,11 @@ class Simplifier {
   };
 
   void place(Moved& moved, const Vec2& p, std::size_t s) const {
-    const Vec2& a = scratch_.ring[s];
+    const Vec2& a = scratch_.flat.ring[s];
     double best = -kInfinity;
     for (std::size_t i = 0; i < kept_.size(); ++i) {
-      const Vec2& b = scratch_.ring[kept_[i]];
-      const Vec2& c = scratch_.ring[(kept_[i] + 1) % scratch_.ring.size()];
+      const Vec2& b = scratch_.flat.ring[kept_[i]];
+      const Vec2& c = scratch_.flat.ring[(kept_[i] + 1) % scratch_.flat.ring.size()];
       const double area = signed_area(a, b, c);
       const std::array<double, 3> w = {signed_area(p, b, c) / area, signed_area(a, p, c) / area,
                                        signed_area(a, b, p) / area};
@@ -530,10 +552,7 @@ class Simplifier {
   std::size_t alive_ = 0;
   double total_error_ = 0;  // Σ over vertices of their quadric at their place
 
-  // Scratch space, kept to avoid allocations in the inner loop.
-  mutable FlatStar scratch_;
-  mutable Star other_;
-  mutable std::vector<double> angle_, length_;
+  Scratch scratch_;
   mutable std::vector<Vec3> sums_;
   std::vector<std::size_t> kept_;
   std::vector<Moved> moved_;

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 
+#include "base/parallel.h"
 #include "remesh/adjacency.h"
 #include "remesh/chart.h"
 #include "remesh/indices_where.h"
@@ -54,8 +56,16 @@ class Untangler {
         std::min<std::size_t>(static_cast<std::size_t>(kSweepsPerRing * rings),
                               moves_left_ / std::max<std::size_t>(region.size(), 1)));
     moves_left_ -= static_cast<std::size_t>(sweeps) * region.size();
-    for (int sweep = 0; sweep < sweeps; ++sweep)
-      for (const std::uint32_t v : region) move(v);
+    const Rings rings_of = rings_around(region);
+    const auto groups = groups_apart(region, rings_of);
+    parallel_for_each_index(
+        groups.size(),
+        [&](std::size_t i) {
+          std::vector<std::uint32_t> faces;
+          for (int sweep = 0; sweep < sweeps; ++sweep)
+            for (const std::uint32_t r : groups[i]) move(region[r], rings_of.of(r), faces);
+        },
+        1);
     std::vector<std::uint32_t> touched;
     for (const std::uint32_t v : region) {
       collect_star(scan_.triangles, neighbors_, v, face_of_[v], star_);
@@ -89,15 +99,63 @@ class Untangler {
     return region;
   }
 
-  void move(std::uint32_t v) {
-    collect_star(scan_.triangles, neighbors_, v, face_of_[v], star_);
-    faces_.assign(1, point_[v].face);
-    for (const std::uint32_t w : star_.ring) faces_.push_back(point_[w].face);
-    const auto chart = atlas_.common_chart(faces_);
+  /// The vertices around each of a region's, in compressed rows.
+  struct Rings {
+    std::vector<std::size_t> start = {0};
+    std::vector<std::uint32_t> vertices;
+
+    [[nodiscard]] std::span<const std::uint32_t> of(std::size_t r) const {
+      return std::span(vertices).subspan(start[r], start[r + 1] - start[r]);
+    }
+  };
+  [[nodiscard]] Rings rings_around(std::span<const std::uint32_t> region) {
+    Rings rings;
+    for (const std::uint32_t v : region) {
+      collect_star(scan_.triangles, neighbors_, v, face_of_[v], star_);
+      rings.vertices.insert(rings.vertices.end(), star_.ring.begin(), star_.ring.end());
+      rings.start.push_back(rings.vertices.size());
+    }
+    return rings;
+  }
+
+  /// The region's connected parts, as places in it, ascending: what moves in one is not seen in
+  /// another, so that they can be swept side by side as if one after the other.
+  [[nodiscard]] static std::vector<std::vector<std::uint32_t>> groups_apart(
+      std::span<const std::uint32_t> region, const Rings& rings) {
+    std::vector<std::uint32_t> group(region.size(), kNone), open;
+    std::uint32_t count = 0;
+    for (std::uint32_t seed = 0; seed < region.size(); ++seed) {
+      if (group[seed] != kNone) continue;
+      group[seed] = count;
+      open.assign(1, seed);
+      while (!open.empty()) {
+        const std::uint32_t r = open.back();
+        open.pop_back();
+        for (const std::uint32_t w : rings.of(r)) {
+          const auto at = std::lower_bound(region.begin(), region.end(), w) - region.begin();
+          const auto next = static_cast<std::uint32_t>(at);
+          if (next == region.size() || region[next] != w || group[next] != kNone) continue;
+          group[next] = count;
+          open.push_back(next);
+        }
+      }
+      ++count;
+    }
+    std::vector<std::vector<std::uint32_t>> groups(count);
+    for (std::uint32_t r = 0; r < region.size(); ++r) groups[group[r]].push_back(r);
+    return groups;
+  }
+
+  /// `faces` is room to work in.
+  void move(std::uint32_t v, std::span<const std::uint32_t> ring,
+            std::vector<std::uint32_t>& faces) {
+    faces.assign(1, point_[v].face);
+    for (const std::uint32_t w : ring) faces.push_back(point_[w].face);
+    const auto chart = atlas_.common_chart(faces);
     if (!chart) return;
     Vec2 sum = Vec2::Zero();
-    for (const std::uint32_t w : star_.ring) sum += *chart->map(point_[w]);
-    point_[v] = chart->unmap(sum / static_cast<double>(star_.ring.size()));
+    for (const std::uint32_t w : ring) sum += *chart->map(point_[w]);
+    point_[v] = chart->unmap(sum / static_cast<double>(ring.size()));
   }
 
   const Scan& scan_;
@@ -108,7 +166,6 @@ class Untangler {
   std::vector<Triangle> neighbors_;
   std::vector<std::uint32_t> face_of_;
   Star star_;
-  std::vector<std::uint32_t> faces_;
 };
 
 }  // namespace

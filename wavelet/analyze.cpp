@@ -59,6 +59,12 @@ LevelPrediction predict(const Topology& topology, int level, std::span<const Vec
   return result;
 }
 
+std::vector<Vec3> with_details(PredictedLevel predicted, const SparseBand& band) {
+  std::vector<Vec3> moved;
+  displace(*predicted.coarse, band, predicted.positions, moved);
+  return std::move(predicted.positions);
+}
+
 Result<Pyramid> analyze(const Topology& topology, std::span<const Vec3> positions,
                         Transform transform) {
   if (positions.size() != topology.vertex_count()) {
@@ -78,12 +84,13 @@ Result<Pyramid> analyze(const Topology& topology, std::span<const Vec3> position
     const std::vector<Vec3>& target = (*targets)[static_cast<std::size_t>(j) + 1];
     const std::vector<Vec3> predicted = refiner.predict(j, rebuilt);
     std::vector<Vec3>& band = pyramid.bands.emplace_back(level.edges.size());
-    for (std::uint32_t e = 0; e < band.size(); ++e) {
+    parallel_for_each_index(band.size(), [&](std::size_t i) {
+      const auto e = static_cast<std::uint32_t>(i);
       const Frame frame =
           frame_of(midpoint_normal(level, predicted, e), edge_vector(level, predicted, e));
       const Vec3 offset = target[level.vertex_count + e] - predicted[level.vertex_count + e];
       band[e] = to_frame(frame, offset);
-    }
+    });
     rebuilt = displace(level, predicted, band);
   }
   if (const auto ok = check_finite(rebuilt); !ok) return ok.error();

@@ -53,6 +53,10 @@ struct SparseBand {
   std::vector<Vec3> details;
 };
 
+/// All vertices of the level that was predicted, once its details are added: to the bit as
+/// Synthesizer::next_level() has them.
+[[nodiscard]] std::vector<Vec3> with_details(PredictedLevel predicted, const SparseBand& band);
+
 /// synthesize() level by level and from sparse bands, in place. Keeps a reference to `topology`.
 class Synthesizer {
  public:

@@ -200,6 +200,23 @@ TEST(Codec, FastEffortLosesLittle) {
   EXPECT_LT(error(Effort::kFast), 1.25 * error(Effort::kNormal));
 }
 
+/// Its search starts at the step that is usual for a size, which for a small mesh is far off.
+TEST(Codec, FastEffortHoldsSizesAndFillsThem) {
+  EncodeOptions options{.effort = Effort::kFast};
+  for (const std::size_t size : {900u, 1500u, 2500u, 4000u, 7000u, 12000u}) {
+    const std::size_t bytes = encode_to(sphere_like(), size, options).bytes.size();
+    EXPECT_LE(bytes, size);
+    EXPECT_GE(bytes, size * 99 / 100);
+  }
+  const SemiRegularMesh coarse = synthetic::normal_mesh(shapes::torus(9, 6), {.levels = 2});
+  options.target_bytes = 10;
+  const auto refused = encode(coarse, options);
+  ASSERT_FALSE(refused.has_value());
+  const std::size_t smallest = refused.error().where;
+  for (std::size_t size = smallest; size < smallest + 200; size += 7)
+    EXPECT_LE(encode_to(coarse, size, options).bytes.size(), size);
+}
+
 TEST(Codec, RefusesWhatItCannotDo) {
   const auto code = [](const SemiRegularMesh& mesh, EncodeOptions options) {
     const auto encoded = encode(mesh, options);
