@@ -20,9 +20,6 @@ namespace {
 
 /// λ / Δ². A uniform quantiser at high rate loses 2 ln 2 / 12 = 0.116 of its squared step per bit.
 constexpr double kLambda = 0.1;
-/// The same without levels, where the error that is weighed against bits is that of triangles'
-/// planes alone: measured, coarser steps and less sliding are nearer in as many bytes.
-constexpr double kLambdaOfBase = kLambda / 4;
 /// Steps go as E^-(kGainPower / 2): what coarse parts lose, finer ones that are coded win back.
 constexpr double kGainPower = 0.65;
 constexpr int kMaxTrials = 24;
@@ -183,8 +180,7 @@ Result<BestEncoder::Trial> BestEncoder::make_trial(double position, const std::v
     settings.weights = &*weights_;
     if (targets_) settings.targets = &*targets_;
   }
-  settings.lambda = (is_base_alone() ? kLambdaOfBase : kLambda) *
-                    std::exp2(2 * position / kStepsPerOctave + dearer);
+  settings.lambda = kLambda * std::exp2(2 * position / kStepsPerOctave + dearer);
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
     if (i == 0 && targets_) {  // which start from a base that lies on its grid
       settings.steps.push_back(base_step_);
