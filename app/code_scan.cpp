@@ -34,6 +34,8 @@ constexpr double kShift = 0.99;
 /// Enough samples to see that a simplified mesh is hopeless, and how near hope it is then, dB.
 constexpr std::size_t kFewSamples = 50'000;
 constexpr double kHopelessDb = 0.5;
+/// What fitting such a mesh to the scan brings, which the first look at one does without.
+constexpr double kFitGainDb = 1;
 /// Where a file has more bits than this for each vertex of the scan, its own triangles may pay.
 constexpr double kBitsForOwnTriangles = 12;
 
@@ -290,7 +292,8 @@ Result<bool> ScanCoder::try_simplified(Result<Coded>& coded) {
   if (!simplified_psnr_)
     simplified_psnr_ = simplified_psnr(command_, prepared_.source(), reference_, bytes, console_);
   if (Result<void> go_on = check_cancelled(console_); !go_on) return go_on.error();
-  if (simplified_psnr_.value_or(0) <= coded->distance.psnr_db - kHopelessDb) return false;
+  const double hope = kHopelessDb + (settings.few_trials ? 0 : kFitGainDb);
+  if (simplified_psnr_.value_or(0) <= coded->distance.psnr_db - hope) return false;
   if (const auto peak = climb(worth_of, first, most, std::log(kVertexRatio)); !peak)
     return peak.error();
   if (!taken) return false;

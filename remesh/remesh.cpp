@@ -9,6 +9,7 @@
 #include <span>
 
 #include "remesh/collapse_edges.h"
+#include "remesh/fit_surface.h"
 #include "remesh/kept_pieces.h"
 #include "remesh/map_pieces.h"
 #include "remesh/pierce.h"
@@ -117,9 +118,17 @@ Result<MappedScan> map_onto_base(CleanScan cleaned, const Options& options,
   };
   if (options.keep_triangles) {
     if (options.base_vertices == 0) return told(keep(std::move(cleaned), options.levels, ""));
-    auto fewer = (options.few_trials ? collapse_edges_quickly : collapse_edges)(
-        std::move(cleaned), options.base_vertices, context);
+    if (options.few_trials) {
+      auto fewer = collapse_edges_quickly(std::move(cleaned), options.base_vertices, context);
+      if (!fewer) return fewer.error();
+      return told(keep(std::move(*fewer), options.levels, ""));
+    }
+    const Scan scan = cleaned.scan;
+    auto fewer = collapse_edges(std::move(cleaned), options.base_vertices, context);
     if (!fewer) return fewer.error();
+    if (fewer->scan.positions.size() < scan.positions.size())
+      fit_surface(scan, fewer->scan, context);
+    if (context.cancelled()) return Error{ErrorCode::kCancelled, "interrupted", 0};
     return told(keep(std::move(*fewer), options.levels, ""));
   }
   int useful = 0;

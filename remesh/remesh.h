@@ -87,7 +87,7 @@ struct Options {
   /// was asked for.
   bool keep_triangles = false;
   /// Fewer base meshes are tried: a third less time, about as good in the mean. Where triangles are
-  /// kept and simplified: collapse_edges_quickly().
+  /// kept and simplified: collapse_edges_quickly(), and no fit_surface().
   bool few_trials = false;
   RepairPolicy repair = RepairPolicy::kSafe;
   /// See clean(). 0: every piece is kept.
