@@ -29,9 +29,8 @@ constexpr std::size_t kPerTopology = 20, kScanPerBase = 25;
 constexpr std::size_t kWell = 480;
 
 /// A mesh that will be farther off than this share of its extent gets as many base vertices as take
-/// it to the second one (its error falls with this power of their number), up to one for so many of
-/// the scan's.
-constexpr double kSlowError = 7.9e-5, kUsualError = 5.5e-5, kErrorPerSize = 0.66;
+/// it to the second one, up to one for so many of the scan's.
+constexpr double kSlowError = 7.9e-5, kUsualError = 5.5e-5;
 constexpr std::size_t kLeastScanPerBase = 5;
 
 }  // namespace

@@ -28,8 +28,6 @@ constexpr std::array<Setting, 4> kSettings = {{{0.3, 0.4}, {1.0, 0.2}, {0.1, 0.2
 constexpr int kTrialLevels = 4;
 constexpr std::size_t kTrialTriangles = 3;
 constexpr std::size_t kTrialSamples = 20'000;
-/// A semi-regular mesh's error falls with the power of its size: 8 dB a level on healthy ones.
-constexpr double kErrorPerSize = 0.66;
 /// A scan vertex this many times the root mean square away is missed: a tip, mostly.
 constexpr double kFar = 12;
 /// Every triangle that is folded, or turned over in the domain, makes a trial this much worse.
@@ -392,7 +390,8 @@ Trial placed_again(const Scan& scan, const LineTree& tree, std::size_t proxy_ver
 /// best outcome stays.
 void place_at_missed(const Scan& scan, const LineTree& tree, std::size_t proxy_vertices,
                      const LevelPredictor& predict, const RunContext& context, Trial& best) {
-  if (!misses_much(scan, best)) return;
+  // What folds all over misses the scan for other reasons.
+  if (best.folds > kFewFolds || !misses_much(scan, best)) return;
   RunContext quiet = context;
   quiet.progress = nullptr;
   std::array<Trial, kMissedDearer.size() + 1> trials;

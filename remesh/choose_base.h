@@ -11,6 +11,10 @@
 
 namespace nacre::remesh {
 
+/// A semi-regular mesh's error falls with this power of its base's size: 8 dB a level on healthy
+/// ones.
+inline constexpr double kErrorPerSize = 0.66;
+
 /// How many vertices a base mesh shall have: `vertices`, or where that is 0 as many as
 /// SimplifyOptions::rms_error asks for, from `least` to `most` (0: no bound). A trial that ends
 /// with more than `useful` (0: no bound) is given up at once.

@@ -38,7 +38,7 @@ struct PierceOptions {
   double least_facing = 0.2;  ///< and its normal agrees with the line by this cosine
   /// Where the boundary curve is no farther than this share of the scan's extent from the line of a
   /// boundary vertex, the vertex is on its line. 0: boundary vertices are on the curve.
-  double near_boundary = 2e-5;
+  double near_boundary = 3e-5;
   /// Folds that stay are mended by moving vertices of coarser levels as well.
   bool move_older = true;
 };

@@ -15,7 +15,8 @@ namespace {
 constexpr int kRetractPasses = 6, kGiveBackPasses = 2, kUnfoldPasses = 6;
 /// From this level on, retracted vertices may go back; on level 1 it is they that reach into pits.
 constexpr int kFirstGivenBack = 2;
-/// In mean edges: what is left behind must be no farther from the triangles than this.
+/// In mean edges: what is left behind must be no farther from the triangles than this, and they by
+/// no more than this farther from the scan.
 constexpr double kMostMissed = 0.01;
 /// In edges: how far a new place may be from the middle of its edge.
 constexpr double kMostOffEdge = 1;
@@ -36,17 +37,14 @@ class Unfolder {
         reach_(reach) {}
 
   /// New vertices of turned triangles go to where their parents say. The parents' triangles are not
-  /// turned, so their middles cannot be, but for what charts disagree about. On the finest level,
-  /// whose middles nobody asks for, only where they are folded in space as well.
+  /// turned, so their middles cannot be, but for what charts disagree about.
   void retract() {
-    const auto is_bad = [&](std::size_t i) {
-      return is_finest_ ? mesh_.is_folded(fine(i)) : mesh_.is_turned(fine(i), base_face(i));
-    };
-    auto bad = is_finest_ ? mesh_.folded_triangles(level_ + 1) : mesh_.turned_triangles(level_ + 1);
+    const auto is_turned = [&](std::size_t i) { return mesh_.is_turned(fine(i), base_face(i)); };
+    auto turned = mesh_.turned_triangles(level_ + 1);
     std::vector<std::pair<std::uint32_t, Refinement::Place>> before;
-    for (int pass = 0; pass < kRetractPasses && !bad.empty(); ++pass) {
+    for (int pass = 0; pass < kRetractPasses && !turned.empty(); ++pass) {
       std::vector<std::uint32_t> touched;
-      for (const std::uint32_t v : new_vertices_of(bad)) {
+      for (const std::uint32_t v : new_vertices_of(turned)) {
         if (mesh_.kind[v] != Refinement::kNormal) continue;
         const SurfacePoint point = expected(v);
         const Vec3 at = position_of(point, mesh_.scan().triangles, mesh_.scan().positions);
@@ -56,8 +54,8 @@ class Unfolder {
         for_triangles_at(v, [&](std::uint32_t t) { touched.push_back(t); });
       }
       make_unique(touched);
-      std::erase_if(touched, [&](std::uint32_t t) { return !is_bad(t); });
-      bad = std::move(touched);
+      std::erase_if(touched, [&](std::uint32_t t) { return !is_turned(t); });
+      turned = std::move(touched);
     }
     if (gives_back_ && level_ + 1 >= kFirstGivenBack && !before.empty()) give_back(before);
   }
@@ -133,7 +131,8 @@ class Unfolder {
     return sum;
   }
 
-  /// Not all that were retracted had to be: some go back to where their detail is one number.
+  /// Not all that were retracted had to be: some go back to where their detail is one number. On
+  /// the finest level, whose middles nobody asks for, triangles may be turned by that.
   void give_back(const std::vector<std::pair<std::uint32_t, Refinement::Place>>& before) {
     double length = 0;
     for (const Edge& e : coarse_.edges)
@@ -144,9 +143,11 @@ class Unfolder {
       for (const auto& [v, place] : before) {
         if (mesh_.kind[v] == Refinement::kNormal) continue;
         const Refinement::Place now = mesh_.place(v);
-        const double bad = bad_at(v);
+        const double bad = bad_at(v), strayed = strayed_at(v);
         mesh_.put(v, place);
-        if (bad_at(v) > bad || distance_at(v, now.at) > kMostMissed * length) mesh_.put(v, now);
+        if (bad_at(v) > bad || distance_at(v, now.at) > kMostMissed * length ||
+            strayed_at(v) > strayed + kMostMissed * length)
+          mesh_.put(v, now);
       }
     }
   }
@@ -155,6 +156,20 @@ class Unfolder {
     double count = 0;
     for_triangles_at(vertex, [&](std::uint32_t i) { count += mesh_.is_folded(fine(i)); });
     return count;
+  }
+
+  /// How far the middle of a triangle around the vertex is from the scan, at most.
+  [[nodiscard]] double strayed_at(std::uint32_t vertex) const {
+    double farthest = 0;
+    for_triangles_at(vertex, [&](std::uint32_t i) {
+      const Triangle t = fine(i);
+      const Vec3 middle =
+          (mesh_.positions[t[0]] + mesh_.positions[t[1]] + mesh_.positions[t[2]]) / 3;
+      const Vec3 under =
+          position_of(mesh_.tree().nearest(middle), mesh_.scan().triangles, mesh_.scan().positions);
+      farthest = std::max(farthest, (middle - under).norm());
+    });
+    return farthest;
   }
 
   /// From the triangles around the vertex.
