@@ -64,8 +64,15 @@ class Piercer {
     band.vertices = fine.vertex_count - first;
     for (std::uint32_t v = first; v < fine.vertex_count; ++v)
       band.normal_only += Refinement::is_normal(mesh_.kind[v]);
-    band.folded_triangles = folded.size();
-    for (const std::uint32_t t : folded) ++folds[t >> (2 * (level + 1))];
+    // All that may seem folded has been mended as well as could be; what is told is.
+    for (const std::uint32_t t : folded) {
+      const Triangle triangle = mesh_.triangle(level + 1, t);
+      if (mesh_.has_tips() && !mesh_.is_folded(triangle) &&
+          !mesh_.is_opposed(triangle, Refinement::Ties::kAll))
+        continue;
+      ++band.folded_triangles;
+      ++folds[t >> (2 * (level + 1))];
+    }
     return band;
   }
 

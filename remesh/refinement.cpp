@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "base/parallel.h"
+#include "remesh/adjacency.h"
 #include "remesh/indices_where.h"
+#include "remesh/tips.h"
 
 namespace nacre::remesh {
 namespace {
@@ -15,11 +18,37 @@ constexpr double kNearlyFolded = 0.3;
 /// A point of the scan with a smaller weight is on a side of its triangle.
 constexpr double kOnSide = 1e-9;
 
+bool is_on_side(const SurfacePoint& p) {
+  return *std::min_element(p.weight.begin(), p.weight.end()) < kOnSide;
+}
+
+/// Visits every triangle of the scan that has the point, which may be on a side or at a vertex.
+template <class Visit>
+void for_triangles_at(const SurfaceMap& map, const SurfacePoint& point, const Visit& visit) {
+  visit(point.face);
+  if (!is_on_side(point)) return;
+  const auto& triangles = map.scan().triangles;
+  const auto most = static_cast<std::uint32_t>(
+      std::max_element(point.weight.begin(), point.weight.end()) - point.weight.begin());
+  const std::uint32_t next = (most + 1) % 3, last = (most + 2) % 3;
+  if (point.weight[next] < kOnSide && point.weight[last] < kOnSide) {
+    Star star;
+    collect_star(triangles, map.neighbors(), triangles[point.face][most], point.face, star);
+    for (const std::uint32_t f : star.faces) visit(f);
+    return;
+  }
+  // Side k goes from corner k to the next one.
+  const std::uint32_t side = point.weight[next] < kOnSide ? last : most;
+  const std::uint32_t other = map.neighbors()[point.face][side];
+  if (other != kNone) visit(other);
+}
+
 }  // namespace
 
 Refinement::Refinement(const SurfaceMap& map, const BaseMesh& base, const LineTree& tree,
                        const Topology& topology)
     : map_(map),
+      has_tips_(!tips_of(map.scan()).empty()),
       base_(base),
       tree_(tree),
       topology_(topology),
@@ -85,7 +114,14 @@ double Refinement::facing(const Triangle& t) const {
   const Vec3 under = scan_normal(surface[t[0]].face) + scan_normal(surface[t[1]].face) +
                      scan_normal(surface[t[2]].face);
   const double size = n.norm() * under.norm();
-  return size > 0 ? n.dot(under) / size : 0;
+  const double cosine = size > 0 ? n.dot(under) / size : 0;
+  if (!has_tips_ || cosine >= 0 || !(n.norm() > 0)) return cosine;
+  // On a crease it is arbitrary whose normal counts: there the scan under the middle counts as
+  // well.
+  if (std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_on_side(surface[v]); }))
+    return cosine;
+  const Vec3 middle = (positions[t[0]] + positions[t[1]] + positions[t[2]]) / 3;
+  return std::max(cosine, n.dot(scan_normal(tree_.nearest(middle).face)) / n.norm());
 }
 
 bool Refinement::is_folded(const Triangle& t) const {
@@ -100,26 +136,36 @@ bool Refinement::is_folded(const Triangle& t) const {
   return false;
 }
 
-bool Refinement::is_opposed(const Triangle& t) const {
+bool Refinement::is_opposed(const Triangle& t, Ties ties) const {
   const Vec3 &a = positions[t[0]], &b = positions[t[1]], &c = positions[t[2]];
   const Vec3 n = (b - a).cross(c - a);
-  if (!(n.dot(scan_normal(tree_.nearest((a + b + c) / 3).face)) < 0)) return false;
-  return n.dot(scan_normal(tree_.nearest(a).face) + scan_normal(tree_.nearest(b).face) +
-               scan_normal(tree_.nearest(c).face)) < 0;
+  const double sign = ties == Ties::kAny ? 1 : -1;
+  const auto along = [&](const Vec3& p) {
+    const SurfacePoint nearest = tree_.nearest(p);
+    if (!has_tips_) return n.dot(scan_normal(nearest.face));
+    double least = std::numeric_limits<double>::infinity();
+    for_triangles_at(map_, nearest, [&](std::uint32_t face) {
+      least = std::min(least, sign * n.dot(scan_normal(face)));
+    });
+    return sign * least;
+  };
+  return along((a + b + c) / 3) < 0 && along(a) + along(b) + along(c) < 0;
 }
 
 bool Refinement::is_suspect(const Triangle& t, double facing) const {
-  bool asked = facing < kNearlyFolded;
-  for (const std::uint32_t v : t)
-    asked |= kind[v] == kVector &&
-             *std::min_element(surface[v].weight.begin(), surface[v].weight.end()) < kOnSide;
-  return asked && is_opposed(t);
+  const bool is_asked =
+      facing < kNearlyFolded || std::any_of(t.begin(), t.end(), [&](std::uint32_t v) {
+        return (has_tips_ || kind[v] == kVector) && is_on_side(surface[v]);
+      });
+  return is_asked && is_opposed(t);
 }
 
 std::vector<std::uint32_t> Refinement::opposed_triangles(int level) const {
   return indices_where(topology_.triangle_count(level), [&](std::size_t i) {
     const Triangle t = triangle(level, i);
-    const bool is_plain = kind[t[0]] != kVector && kind[t[1]] != kVector && kind[t[2]] != kVector;
+    const bool is_plain = std::all_of(t.begin(), t.end(), [&](std::uint32_t v) {
+      return kind[v] != kVector && !(has_tips_ && is_on_side(surface[v]));
+    });
     if (is_plain) return is_folded(t);
     const double facing = this->facing(t);
     return facing < 0 || is_suspect(t, facing);

@@ -46,12 +46,16 @@ class Refinement {
   void store(std::size_t vertex, const SurfacePoint& point, Kind kind);
 
   [[nodiscard]] Vec3 scan_normal(std::uint32_t face) const;
-  /// Cosine between a triangle and the scan under its corners; 0 if either has no direction.
+  /// Cosine between a triangle and the scan under its corners; 0 if either has no direction. With
+  /// corners on sides of the scan's triangles, where it is arbitrary whose normal counts: or the
+  /// scan under its middle, whichever is more.
   [[nodiscard]] double facing(const Triangle& t) const;
   [[nodiscard]] bool is_folded(const Triangle& t) const;
   /// Whether it opposes the scan's triangles nearest to its middle and to its corners, whatever the
-  /// map says: as a check from outside would see it.
-  [[nodiscard]] bool is_opposed(const Triangle& t) const;
+  /// map says: as a check from outside would see it. Where several of the scan's triangles are as
+  /// near, on a crease, a check may take any: whether it is so for any choice, or for all.
+  enum class Ties : std::uint8_t { kAny, kAll };
+  [[nodiscard]] bool is_opposed(const Triangle& t, Ties ties = Ties::kAny) const;
   /// The same, asked only where that may be so: of triangles that are nearly folded, and of those
   /// with corners on sides of the scan's triangles, where it is arbitrary whose normal counts.
   [[nodiscard]] bool is_suspect(const Triangle& t, double facing) const;
@@ -79,6 +83,7 @@ class Refinement {
   [[nodiscard]] SurfacePoint expected_point(const Edge& edge, std::uint32_t base_face,
                                             const Vec3& otherwise) const;
 
+  [[nodiscard]] bool has_tips() const { return has_tips_; }
   [[nodiscard]] const SurfaceMap& map() const { return map_; }
   [[nodiscard]] const Scan& scan() const { return map_.scan(); }
   [[nodiscard]] const BaseMesh& base() const { return base_; }
@@ -99,6 +104,7 @@ class Refinement {
   [[nodiscard]] std::size_t finest_on_boundary(std::size_t vertex) const;
 
   const SurfaceMap& map_;
+  bool has_tips_;  // without them ties are rare, and looking for them costs more than it brings
   const BaseMesh& base_;
   const LineTree& tree_;
   const Topology& topology_;

@@ -8,6 +8,7 @@
 #include "base/parallel.h"
 #include "remesh/adjacency.h"
 #include "remesh/chart.h"
+#include "remesh/tips.h"
 #include "remesh/untangle.h"
 
 namespace nacre::remesh {
@@ -86,7 +87,7 @@ class Relaxer {
         atlas_(p.base),
         neighbors_(
             side_neighbors(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()))),
-        graph_(mean_value_graph(scan, neighbors_, pinned_vertices(p))),
+        graph_(mean_value_graph(scan, neighbors_, held_vertices(scan, p))),
         base_weight_(graph_.weight),
         classes_(color(graph_)) {}
 

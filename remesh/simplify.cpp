@@ -12,6 +12,7 @@
 
 #include "base/parallel.h"
 #include "remesh/adjacency.h"
+#include "remesh/tips.h"
 
 namespace nacre::remesh {
 namespace {
@@ -23,6 +24,8 @@ constexpr double kMinFlatArea = 1e-4;
 /// Shape costs are lengths to the fourth power, as area × squared distance is; this makes
 /// shape_weight = 1 balance the two on curved scans of 200 base vertices.
 constexpr double kShapeScale = 1e-4;
+/// What tips_of() finds, and the vertices around, is so much dearer: it is to be in the base.
+constexpr double kTipDearer = 1e6;
 
 double signed_area(const Vec2& a, const Vec2& b, const Vec2& c) {
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
@@ -139,6 +142,9 @@ class Simplifier {
     on_boundary_.assign(n, 0);
     area_vector_.assign(n, Vec3::Zero());
     face_normal_.assign(faces_.size(), Vec3::Zero());
+    const std::vector<char> at_tip = vertices_at_tips(scan_);
+    for (std::size_t v = 0; v < n; ++v)
+      if (at_tip[v] != 0) importance_[v] *= kTipDearer;
     alive_ = n;
     for (const Vec3& p : scan_.positions) centre_ += p / static_cast<double>(n);
     for (std::uint32_t f = 0; f < faces_.size(); ++f) {

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "remesh/adjacency.h"
+#include "remesh/tips.h"
 
 namespace nacre::remesh {
 namespace {
@@ -51,7 +52,7 @@ void cut_face(CleanScan& cleaned, std::uint32_t f, std::uint32_t k, std::uint32_
 }
 
 /// One pass; true if anything was split.
-bool split_once(CleanScan& cleaned, double longest) {
+bool split_once(CleanScan& cleaned, double longest, const std::vector<std::uint32_t>& tips) {
   Scan& scan = cleaned.scan;
   const auto& triangles = scan.triangles;
   const auto neighbors =
@@ -60,6 +61,11 @@ bool split_once(CleanScan& cleaned, double longest) {
   std::vector<std::uint8_t> side(faces);
   for (std::uint32_t f = 0; f < faces; ++f)
     side[f] = static_cast<std::uint8_t>(longest_side(scan, triangles[f]));
+  const auto is_at_tip = [&](std::uint32_t f) {
+    return std::any_of(triangles[f].begin(), triangles[f].end(), [&](std::uint32_t v) {
+      return std::binary_search(tips.begin(), tips.end(), v);
+    });
+  };
   bool any = false;
   for (std::uint32_t f = 0; f < faces; ++f) {
     const std::uint32_t k = side[f];
@@ -69,6 +75,7 @@ bool split_once(CleanScan& cleaned, double longest) {
     if (other != kNone && (other < f || neighbors[other][side[other]] != f)) continue;
     const std::uint32_t a = triangles[f][k], b = triangles[f][(k + 1) % 3];
     if ((scan.positions[a] - scan.positions[b]).norm() <= longest) continue;
+    if (is_at_tip(f) || (other != kNone && is_at_tip(other))) continue;
     const auto middle = static_cast<std::uint32_t>(scan.positions.size());
     scan.positions.push_back((scan.positions[a] + scan.positions[b]) / 2);
     cut_face(cleaned, f, k, middle);
@@ -115,7 +122,8 @@ void split_chords(CleanScan& cleaned) {
 }
 
 void split_long_edges(CleanScan& cleaned, double longest, std::size_t most_triangles) {
-  while (cleaned.scan.triangles.size() < most_triangles && split_once(cleaned, longest)) {
+  const std::vector<std::uint32_t> tips = tips_of(cleaned.scan);
+  while (cleaned.scan.triangles.size() < most_triangles && split_once(cleaned, longest, tips)) {
   }
 }
 

@@ -8,16 +8,18 @@
 #include "remesh/indices_where.h"
 #include "remesh/patch.h"
 #include "remesh/refinement.h"
+#include "remesh/tips.h"
 
 namespace nacre::remesh {
 namespace {
 
 constexpr int kRetractPasses = 6, kGiveBackPasses = 2, kUnfoldPasses = 6;
-/// From this level on, retracted vertices may go back; on level 1 it is they that reach into pits.
-constexpr int kFirstGivenBack = 2;
 /// In mean edges: what is left behind must be no farther from the triangles than this, and they by
 /// no more than this farther from the scan.
 constexpr double kMostMissed = 0.01;
+/// On level 1 it is retracted vertices that reach into pits. Only where those have their tips in
+/// the base they may go back, and where that takes the triangles no farther from the scan.
+constexpr double kMostMissedFirst = 0.03;
 /// In edges: how far a new place may be from the middle of its edge.
 constexpr double kMostOffEdge = 1;
 /// Moves in patches: bounded, so that what is folded all over does not take longer than piercing.
@@ -57,7 +59,8 @@ class Unfolder {
       std::erase_if(touched, [&](std::uint32_t t) { return !is_turned(t); });
       turned = std::move(touched);
     }
-    if (gives_back_ && level_ + 1 >= kFirstGivenBack && !before.empty()) give_back(before);
+    if (gives_back_ && !before.empty() && (level_ > 0 || !tips_of(mesh_.scan()).empty()))
+      give_back(before);
   }
 
   /// New vertices of folded triangles move to whichever other place of theirs is the least bad;
@@ -139,14 +142,16 @@ class Unfolder {
       length += (mesh_.positions[e.vertex[0]] - mesh_.positions[e.vertex[1]]).norm();
     length /= 2 * static_cast<double>(coarse_.edges.size());
     const auto bad_at = [&](std::uint32_t v) { return is_finest_ ? folds_at(v) : badness(v); };
+    const double most_missed = (level_ == 0 ? kMostMissedFirst : kMostMissed) * length;
+    const double most_strayed = (level_ == 0 ? 0 : kMostMissed) * length;
     for (int pass = 0; pass < kGiveBackPasses; ++pass) {
       for (const auto& [v, place] : before) {
         if (mesh_.kind[v] == Refinement::kNormal) continue;
         const Refinement::Place now = mesh_.place(v);
         const double bad = bad_at(v), strayed = strayed_at(v);
         mesh_.put(v, place);
-        if (bad_at(v) > bad || distance_at(v, now.at) > kMostMissed * length ||
-            strayed_at(v) > strayed + kMostMissed * length)
+        if (bad_at(v) > bad || distance_at(v, now.at) > most_missed ||
+            strayed_at(v) > strayed + most_strayed)
           mesh_.put(v, now);
       }
     }

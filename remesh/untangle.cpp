@@ -9,6 +9,7 @@
 #include "remesh/adjacency.h"
 #include "remesh/chart.h"
 #include "remesh/indices_where.h"
+#include "remesh/tips.h"
 
 namespace nacre::remesh {
 namespace {
@@ -26,7 +27,7 @@ class Untangler {
       : scan_(scan),
         point_(map.point),
         atlas_(map.base),
-        fixed_(pinned_vertices(map)),
+        fixed_(held_vertices(scan, map)),
         neighbors_(
             side_neighbors(scan.triangles, static_cast<std::uint32_t>(scan.positions.size()))),
         face_of_(

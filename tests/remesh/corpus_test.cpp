@@ -26,6 +26,20 @@ INSTANTIATE_TEST_SUITE_P(Small, RealScan,
                          ::testing::Values("bunny_res3.ply", "drill_shaft.ply", "conrod.stl",
                                            "fandisk.obj"));
 
+/// One of its vertices is at the end of a pit five edges deep, with three triangles for walls.
+TEST(Remesh, ElephantHasNoFoldedTriangles) {
+  NACRE_SKIP_WITHOUT("elephant.off");
+  const auto scan = io::read_scan(corpus::mesh("elephant.off"));
+  ASSERT_TRUE(scan.has_value());
+  const auto out = remesh(scan->scan, testing::options_of(0, 0));
+  ASSERT_TRUE(out.has_value()) << out.error().message;
+  testing::expect_healthy(*out);
+  for (const BandReport& band : out->bands) {
+    EXPECT_EQ(band.folded_triangles, 0u);
+    EXPECT_GE(static_cast<double>(band.normal_only), 0.995 * static_cast<double>(band.vertices));
+  }
+}
+
 /// Slow because each needle must be cut along its length.
 TEST(Remesh, NeedlesComeOutOrAreRefused) {
   Scan scan = shapes::grid(30, 3);
