@@ -331,7 +331,7 @@ remesh::Options remesh_options(const RemeshSettings& settings) {
   options.keep_triangles = settings.keep_triangles;
   options.few_trials = settings.few_trials;
   options.repair = settings.repair;
-  options.predict = wavelet::predict_level;
+  options.predict = wavelet::predict_at_need;
   return options;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -36,7 +37,18 @@ struct LevelPrediction {
   std::vector<Frame> frames;
 };
 
+/// Points and frames made when they are asked for.
+struct MidpointsAtNeed {
+  MidpointsAtNeed() = default;
+  MidpointsAtNeed(const MidpointsAtNeed&) = delete;
+  MidpointsAtNeed& operator=(const MidpointsAtNeed&) = delete;
+  virtual ~MidpointsAtNeed() = default;
+  [[nodiscard]] virtual Vec3 point(std::uint32_t edge) const = 0;
+  [[nodiscard]] virtual Frame frame(std::uint32_t edge) const = 0;
+};
+
 /// The same with frames made when they are asked for: a frame is three times as large as a point.
+/// Or with both made so, and no positions.
 struct PredictedLevel {
   using FrameAt = Frame (*)(const LevelTopology& coarse, std::span<const Vec3> positions,
                             std::uint32_t edge);
@@ -44,20 +56,23 @@ struct PredictedLevel {
   const LevelTopology* coarse = nullptr;
   std::vector<Vec3> positions;  ///< of level + 1: the coarse vertices, then the edges' midpoints
   FrameAt frame_at = nullptr;
+  std::shared_ptr<const MidpointsAtNeed> at_need = nullptr;
 
-  [[nodiscard]] std::size_t size() const { return positions.size() - coarse->vertex_count; }
+  [[nodiscard]] std::size_t size() const { return coarse->edges.size(); }
   /// Both of the midpoint of edge e.
-  [[nodiscard]] const Vec3& point(std::size_t e) const {
-    return positions[coarse->vertex_count + e];
+  [[nodiscard]] Vec3 point(std::size_t e) const {
+    return at_need ? at_need->point(static_cast<std::uint32_t>(e))
+                   : positions[coarse->vertex_count + e];
   }
   [[nodiscard]] Frame frame(std::size_t e) const {
-    return frame_at(*coarse, positions, static_cast<std::uint32_t>(e));
+    return at_need ? at_need->frame(static_cast<std::uint32_t>(e))
+                   : frame_at(*coarse, positions, static_cast<std::uint32_t>(e));
   }
 };
 
 /// Predicts band `level` from the positions of level `level`. `wavelet/` provides them; `remesh/`
 /// takes one, so that it pierces along exactly the normals in which the details are coded. The
-/// topology has to outlive what is returned.
+/// topology and the coarse positions have to outlive what is returned.
 using LevelPredictor =
     std::function<PredictedLevel(const Topology&, int level, std::span<const Vec3> coarse)>;
 

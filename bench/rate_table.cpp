@@ -291,7 +291,7 @@ int main_of(int argc, char** argv) {
   // One kind of goal named means only that kind.
   if (bytes->count() > 0 && bits->count() == 0) settings.bits_per_input_vertex.clear();
   if (bits->count() > 0 && bytes->count() == 0) settings.bytes.clear();
-  settings.remesh.predict = wavelet::predict_level;
+  settings.remesh.predict = wavelet::predict_at_need;
   print_head(argc, argv);
   return run(settings);
 }

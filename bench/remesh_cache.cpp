@@ -108,7 +108,7 @@ Result<SemiRegularMesh> remeshed(const PreparedScan& scan, const CacheOptions& c
     auto mesh = load(kept, cache.keep_old_remesh ? std::nullopt : std::optional(remesher));
     if (mesh) return std::move(*mesh);
   }
-  options.predict = wavelet::predict_level;
+  options.predict = wavelet::predict_at_need;
   auto out = remesh::remesh(scan.scan, options);
   if (!out) return out.error();
   if (!cache.folder.empty()) save(kept, out->mesh, remesher);

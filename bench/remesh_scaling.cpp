@@ -324,7 +324,7 @@ int main_of(int argc, char** argv) {
   app.add_option("--remesh", settings.remesh_file, "Remesh this file and print what it took");
   app.add_option("--simplify", settings.simplify_file, "Simplify this file and print what it took");
   CLI11_PARSE(app, argc, argv);
-  settings.remesh.predict = wavelet::predict_level;
+  settings.remesh.predict = wavelet::predict_at_need;
   if (!settings.make.empty() || !settings.remesh_file.empty() || !settings.simplify_file.empty())
     return run_child_job(settings);
   if (settings.source.empty()) settings.source = corpus::mesh("horse.ply").string();

@@ -268,7 +268,7 @@ int main_of(int argc, char** argv) {
   app.add_option("--base-vertices", settings.remesh.base_vertices, "0: as remesh chooses");
   app.add_flag("--coding", settings.coding, "Compare with the error of coding at 16 kB");
   CLI11_PARSE(app, argc, argv);
-  settings.remesh.predict = wavelet::predict_level;
+  settings.remesh.predict = wavelet::predict_at_need;
   if (!settings.row.empty()) return run_row(settings);
   if (settings.meshes.empty()) settings.meshes = corpus_meshes();
   print_head(argc, argv);

@@ -38,7 +38,7 @@ T expect(Result<T> result) {
 Input make_input(const std::string& file) {
   Scan scan = expect(io::read_scan(file)).scan;
   remesh::Options options;
-  options.predict = wavelet::predict_level;
+  options.predict = wavelet::predict_at_need;
   SemiRegularMesh mesh = expect(remesh::remesh(scan, options)).mesh;
   Topology topology =
       expect(Topology::build(mesh.base_triangles, mesh.base_vertex_count, mesh.level_count));
@@ -115,7 +115,7 @@ void add_encoding(const Input& input) {
   add("encode/clean", input, false, [&input] { return remesh::clean(input.scan); });
   add("encode/remesh", input, true, [&input] {
     remesh::Options options;
-    options.predict = wavelet::predict_level;
+    options.predict = wavelet::predict_at_need;
     return remesh::remesh(input.scan, options);
   });
   for (const Profile profile : {Profile::kPaper, Profile::kBest})

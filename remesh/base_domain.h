@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
@@ -26,6 +28,19 @@ struct SurfacePoint {
   const Triangle& t = triangles[p.face];
   return p.weight[0] * positions[t[0]] + p.weight[1] * positions[t[1]] +
          p.weight[2] * positions[t[2]];
+}
+
+/// The point of a triangle that is nearest to `p` in its plane, if that is inside.
+[[nodiscard]] inline SurfacePoint point_below(const Vec3& p, std::uint32_t face,
+                                              std::span<const Triangle> triangles,
+                                              std::span<const Vec3> positions) {
+  const Triangle& t = triangles[face];
+  const Vec3 &a = positions[t[0]], &b = positions[t[1]], &c = positions[t[2]];
+  const Vec3 n = (b - a).cross(c - a);
+  const double area2 = n.squaredNorm();
+  const double wb = std::clamp((p - a).cross(c - a).dot(n) / area2, 0.0, 1.0);
+  const double wc = std::clamp((b - a).cross(p - a).dot(n) / area2, 0.0, 1.0 - wb);
+  return {face, {1 - wb - wc, wb, wc}};
 }
 
 /// The base mesh, and where it came from: base vertex i started at scan vertex scan_vertex[i].

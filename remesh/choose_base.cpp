@@ -132,29 +132,18 @@ Parameterisation through(const Proxy& proxy, const Parameterisation& map) {
   return out;
 }
 
-std::size_t sample_step(const Scan& scan) {
-  return std::max<std::size_t>(1, scan.positions.size() / kTrialSamples);
+std::size_t sample_step(std::size_t count) {
+  return std::max<std::size_t>(1, count / kTrialSamples);
 }
 
-/// Every so-manyth vertex of `from`, and its distance to the surface of `tree`.
-Distances distances(const Scan& from, const LineTree& tree, const Scan& to) {
+/// Of every so-manyth of `count` things.
+template <class DistanceOf>
+Distances distances(std::size_t count, const DistanceOf& distance_of) {
   Distances d;
-  d.step = sample_step(from);
-  d.at.resize(from.positions.size() / d.step);
-  parallel_for_each_index(d.at.size(), [&](std::size_t i) {
-    const Vec3& p = from.positions[i * d.step];
-    d.at[i] = (position_of(tree.nearest(p), to.triangles, to.positions) - p).norm();
-  });
+  d.step = sample_step(count);
+  d.at.resize(count / d.step);
+  parallel_for_each_index(d.at.size(), [&](std::size_t i) { d.at[i] = distance_of(i * d.step); });
   return d;
-}
-
-/// The finest triangles' centroids, which unlike the vertices need not lie on the scan.
-Scan centroids(const Scan& mesh) {
-  Scan out;
-  for (const Triangle& t : mesh.triangles)
-    out.positions.push_back((mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) /
-                            3);
-  return out;
 }
 
 std::vector<Triangle> finest_triangles(const SemiRegularMesh& mesh) {
@@ -213,24 +202,26 @@ void judge(const Scan& scan, const LineTree& tree, std::size_t turned,
   pierce_options.levels = trial_levels(scan, trial.map.base, trial.options.levels);
   if (look == Look::kCloser && pierce_options.levels != trial.options.levels)
     ++pierce_options.levels;
-  const auto pierced =
+  auto pierced =
       pierce(SurfaceMap(scan, trial.map), trial.map, tree, predict, pierce_options, context);
   trial.unhealthy.assign(trial.map.base.triangles.size(), 0);
   trial.missed.clear();
   if (!pierced) return;
-  const SemiRegularMesh& mesh = pierced->mesh;
-  Scan fine{mesh.positions, finest_triangles(mesh), mesh.origin};
+  SemiRegularMesh& mesh = pierced->mesh;
+  Scan fine{{}, finest_triangles(mesh), mesh.origin};
+  fine.positions = std::move(mesh.positions);
   const std::vector<char> broken = mend_broken(fine, trial.map.base.triangles.size());
-  std::optional<LineTree> fine_tree;
-  Distances missed, strayed;
-  in_parallel(
-      [&] {
-        fine_tree.emplace(fine);
-        missed = distances(scan, *fine_tree, fine);
-      },
-      [&] { strayed = distances(centroids(fine), tree, scan); });
+  const MeshTree fine_tree(fine, mesh.level_count);
+  const Distances missed = distances(
+      scan.positions.size(), [&](std::size_t v) { return fine_tree.distance(scan.positions[v]); });
+  // The triangles' centroids, unlike the vertices, need not lie on the scan.
+  const Distances strayed = distances(fine.triangles.size(), [&](std::size_t i) {
+    const Triangle& t = fine.triangles[i];
+    const Vec3 p = (fine.positions[t[0]] + fine.positions[t[1]] + fine.positions[t[2]]) / 3;
+    return (position_of(tree.nearest(p), scan.triangles, scan.positions) - p).norm();
+  });
   trial.health = health_of(
-      {scan, tree, trial.map, fine, *fine_tree, mesh.level_count, pierced->folds}, missed, strayed);
+      {scan, tree, trial.map, fine, fine_tree, mesh.level_count, pierced->folds}, missed, strayed);
   for (std::size_t f = 0; f < broken.size(); ++f) trial.health[f].is_finite = broken[f] == 0;
   trial.unhealthy.assign(pierced->folds.begin(), pierced->folds.end());
   // Pits are deep, with few vertices for their area.
@@ -359,7 +350,7 @@ bool misses_much(const Scan& scan, const Trial& trial) {
   double sum = 0;
   for (const Missed& missed : trial.missed)
     sum += area[missed.vertex] * missed.distance * missed.distance;
-  sum *= static_cast<double>(sample_step(scan));
+  sum *= static_cast<double>(sample_step(scan.positions.size()));
   return std::sqrt(sum / all) > kMuchByMissed * box.extent();
 }
 

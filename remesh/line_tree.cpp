@@ -122,14 +122,8 @@ std::vector<LineTree::Hit> LineTree::hits(const Vec3& origin, const Vec3& direct
 SurfacePoint LineTree::nearest(const Vec3& query) const {
   if (impl_->tree.empty()) return {0, {1, 0, 0}};  // no area anywhere: any point will do
   const auto [point, f] = impl_->tree.closest_point_and_primitive(to_cgal(query));
-  const Triangle& t = impl_->scan->triangles[f];
-  const Vec3 &a = impl_->scan->positions[t[0]], &b = impl_->scan->positions[t[1]],
-             &c = impl_->scan->positions[t[2]];
-  const Vec3 p(point.x(), point.y(), point.z()), n = (b - a).cross(c - a);
-  const double area2 = n.squaredNorm();
-  const double wb = std::clamp((p - a).cross(c - a).dot(n) / area2, 0.0, 1.0);
-  const double wc = std::clamp((b - a).cross(p - a).dot(n) / area2, 0.0, 1.0 - wb);
-  return {f, {1 - wb - wc, wb, wc}};
+  return point_below({point.x(), point.y(), point.z()}, f, impl_->scan->triangles,
+                     impl_->scan->positions);
 }
 
 }  // namespace nacre::remesh

@@ -159,8 +159,8 @@ void PatchUnfolder::go_to_edges() {
 
 void PatchUnfolder::move(std::size_t i, Middle middle) {
   const std::uint32_t v = vertices_[i];
-  Vec3 normal = mesh_.scan_normal(mesh_.surface[v].face);
-  for (const std::uint32_t w : ring(i)) normal += mesh_.scan_normal(mesh_.surface[w].face);
+  Vec3 normal = mesh_.scan_normal(mesh_.surface_face(v));
+  for (const std::uint32_t w : ring(i)) normal += mesh_.scan_normal(mesh_.surface_face(w));
   const Vec3 centre = middle_of_ring(i);
   const double radius = radius_around(i, centre);
   if (middle == Middle::kInSpace) {
@@ -194,7 +194,7 @@ std::optional<SurfacePoint> PatchUnfolder::middle_in_domain(std::size_t i) {
   Vec2 sum = Vec2::Zero();
   for (const std::uint32_t w : ring(i)) sum += *chart->map(mesh_.domain(w));
   const DomainPoint middle = chart->unmap(sum / static_cast<double>(ring(i).size()));
-  return mesh_.map().to_surface(middle, mesh_.surface[v].face);
+  return mesh_.map().to_surface(middle, mesh_.surface_face(v));
 }
 
 /// Unless that is not between the neighbours at all.

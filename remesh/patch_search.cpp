@@ -100,9 +100,9 @@ bool PatchUnfolder::flatten() {
     }
     SurfacePoint best = inside(mesh_.tree().nearest(middle));
     for (const std::uint32_t end : edge.vertex)
-      if (mesh_.scan_normal(mesh_.surface[end].face).dot(normal) >
+      if (mesh_.scan_normal(mesh_.surface_face(end)).dot(normal) >
           mesh_.scan_normal(best.face).dot(normal))
-        best = mesh_.surface[end];
+        best = mesh_.surface(end);
     mesh_.store(v, best, middle, Refinement::kVector);
   }
   return true;
@@ -176,7 +176,7 @@ void PatchUnfolder::collect_places(std::size_t i, const Vec3& middle) {
   const auto chart = mesh_.map().atlas().common_chart(faces_);
   if (!chart) return;
   const auto add = [&](const Vec2& p) {
-    places_.push_back(mesh_.map().to_surface(chart->unmap(p), mesh_.surface[v].face));
+    places_.push_back(mesh_.map().to_surface(chart->unmap(p), mesh_.surface_face(v)));
   };
   const Vec2 here = *chart->map(mesh_.domain(v));
   Vec2 centre = Vec2::Zero();

@@ -106,7 +106,7 @@ std::vector<Health> health_of(const Tried& tried, const Distances& missed,
   std::vector<double> at(vertices.size() + centroids.size());
   parallel_for_each_index(at.size(), [&](std::size_t i) {
     if (i < vertices.size()) {
-      at[i] = distance(tried.fine_tree, fine, tried.scan.positions[vertices[i].index]);
+      at[i] = tried.fine_tree.distance(tried.scan.positions[vertices[i].index]);
       return;
     }
     const Triangle& t = fine.triangles[centroids[i - vertices.size()].index];

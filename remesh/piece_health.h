@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "remesh/mesh_tree.h"
 #include "remesh/pierce.h"
 #include "remesh/remesh.h"
 
@@ -48,7 +49,7 @@ struct Tried {
   const LineTree& tree;
   const Parameterisation& map;
   const Scan& fine;  ///< the finest level's triangles, those of each base triangle together
-  const LineTree& fine_tree;
+  const MeshTree& fine_tree;
   int levels;
   const std::vector<std::uint32_t>& folds;  ///< per base triangle, of all levels
 };

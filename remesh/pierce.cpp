@@ -86,7 +86,6 @@ class Piercer {
 
  private:
   enum class How : std::uint8_t { kSmoothing, kSearching };
-  using Journal = std::vector<std::pair<std::uint32_t, Refinement::Place>>;
 
   [[nodiscard]] std::span<const Vec3> coarse(int level) const {
     return std::span(mesh_.positions).first(mesh_.topology().level(level).vertex_count);
@@ -119,7 +118,7 @@ class Piercer {
   /// predicted from these is placed anew. False, and all is as it was, if that leaves no fewer
   /// folds.
   bool move_older(int level, How how) {
-    Journal journal;
+    Refinement::Journal journal;
     const auto before = folded_;
     mesh_.journal = &journal;
     PatchUnfolder unfolder(mesh_, level + 1, PatchUnfolder::Movable::kAll);
@@ -143,16 +142,17 @@ class Piercer {
       return count;
     };
     if (sum(folded_) < sum(before)) return true;
-    for (auto it = journal.rbegin(); it != journal.rend(); ++it) mesh_.put(it->first, it->second);
+    for (const auto& [vertex, earlier] : journal) mesh_.put(vertex, earlier.place);
     folded_ = before;
     return false;
   }
 
   /// The coarsest band that is predicted from a vertex which has moved.
-  [[nodiscard]] int first_band_after(const Journal& journal) const {
+  [[nodiscard]] int first_band_after(const Refinement::Journal& journal) const {
     std::uint32_t oldest = kNone;
-    for (const auto& [vertex, place] : journal)
-      if (mesh_.positions[vertex] != place.at) oldest = std::min(oldest, vertex);
+    for (const auto& [vertex, earlier] : journal)
+      if (earlier.has_strayed || mesh_.positions[vertex] != earlier.place.at)
+        oldest = std::min(oldest, vertex);
     int band = 0;
     while (band < mesh_.topology().level_count() &&
            oldest >= mesh_.topology().level(band).vertex_count)
@@ -196,7 +196,7 @@ class Piercer {
     }
     for (std::uint32_t v = 0; v < n; ++v) {
       const std::uint32_t start = mesh_.map().start_triangle(v);
-      SurfacePoint& point = mesh_.surface[v];
+      SurfacePoint point;
       if (boundary[v]) {
         point = {start, {}};
         point.weight[corner_of(scan.triangles[start], base.scan_vertex[v])] = 1;
@@ -205,7 +205,9 @@ class Piercer {
       } else {
         point = mesh_.map().to_surface(mesh_.domain(v), start);
       }
-      mesh_.positions[v] = position_of(point, scan.triangles, scan.positions);
+      const DomainPoint corner = mesh_.domain(v);
+      mesh_.put(v, {point, corner, position_of(point, scan.triangles, scan.positions),
+                    Refinement::kNormal});
     }
     PatchUnfolder(mesh_, 0, PatchUnfolder::Movable::kAll)
         .run(mesh_.folded_triangles(0), kMovesOfOlder);

@@ -52,50 +52,96 @@ Refinement::Refinement(const SurfaceMap& map, const BaseMesh& base, const LineTr
       base_(base),
       tree_(tree),
       topology_(topology),
-      coarser_(topology.level(std::max(topology.level_count() - 1, 0)).vertex_count) {
-  if (topology.level_count() == 0) return;
-  const auto& edges = topology.level(topology.level_count() - 1).edges;
-  for (std::size_t e = 0; e < edges.size(); ++e)
-    if (edges[e].is_boundary()) boundary_.push_back(static_cast<std::uint32_t>(coarser_ + e));
+      coarser_(topology.level(std::max(topology.level_count() - 1, 0)).vertex_count),
+      base_domain_(topology.level(0).vertex_count) {
+  for (int level = 0; level < topology.level_count(); ++level) {
+    const LevelTopology& coarse = topology.level(level);
+    for (std::size_t e = 0; e < coarse.edges.size(); ++e)
+      if (coarse.edges[e].is_boundary())
+        boundary_.push_back(static_cast<std::uint32_t>(coarse.vertex_count + e));
+  }
   boundary_domain_.resize(boundary_.size());
 }
 
 void Refinement::resize(std::size_t vertices) {
   positions.resize(vertices);
-  surface.resize(vertices);
-  domain_.resize(std::min(vertices, coarser_));
+  surface_.resize(std::min(vertices, coarser_));
+  face_.resize(vertices - surface_.size(), 0);
   kind.resize(vertices, kNormal);
 }
 
-std::size_t Refinement::finest_on_boundary(std::size_t vertex) const {
+std::size_t Refinement::on_boundary(std::size_t vertex) const {
   return static_cast<std::size_t>(std::lower_bound(boundary_.begin(), boundary_.end(), vertex) -
                                   boundary_.begin());
 }
 
+SurfacePoint Refinement::surface(std::size_t vertex) const {
+  if (vertex < coarser_) return surface_[vertex];
+  const std::uint32_t face = face_[vertex - coarser_];
+  return (face & kExact) == 0
+             ? point_below(positions[vertex], face, scan().triangles, scan().positions)
+             : exact_[face & ~kExact];
+}
+
+/// After its position and its kind.
+void Refinement::set_surface(std::size_t vertex, const SurfacePoint& point) {
+  if (vertex < coarser_) {
+    surface_[vertex] = point;
+    return;
+  }
+  std::uint32_t& face = face_[vertex - coarser_];
+  if (kind[vertex] == kNormal && (face & kExact) == 0) {
+    face = point.face;
+    return;
+  }
+  const std::lock_guard lock(exact_in_use_);
+  if (kind[vertex] == kNormal) {
+    free_.push_back(face & ~kExact);
+    face = point.face;
+    return;
+  }
+  if ((face & kExact) == 0) {
+    if (free_.empty()) {
+      free_.push_back(static_cast<std::uint32_t>(exact_.size()));
+      exact_.emplace_back();
+    }
+    face = kExact | free_.back();
+    free_.pop_back();
+  }
+  exact_[face & ~kExact] = point;
+}
+
 DomainPoint Refinement::domain(std::size_t vertex) const {
-  if (vertex < domain_.size()) return domain_[vertex];
-  if (is_boundary(kind[vertex])) return boundary_domain_[finest_on_boundary(vertex)];
-  return map_.to_domain(surface[vertex]);
+  if (vertex < base_domain_.size()) return base_domain_[vertex];
+  if (is_boundary(kind[vertex])) return boundary_domain_[on_boundary(vertex)];
+  return map_.to_domain(surface(vertex));
 }
 
 void Refinement::set_domain(std::size_t vertex, const DomainPoint& point) {
-  if (vertex < domain_.size())
-    domain_[vertex] = point;
+  if (vertex < base_domain_.size())
+    base_domain_[vertex] = point;
   else if (is_boundary(kind[vertex]))
-    boundary_domain_[finest_on_boundary(vertex)] = point;
+    boundary_domain_[on_boundary(vertex)] = point;
+}
+
+void Refinement::note(std::uint32_t vertex) {
+  const auto known = journal->lower_bound(vertex);
+  if (known == journal->end() || known->first != vertex)
+    journal->emplace_hint(known, vertex, Earlier{place(vertex)});
+  else if (positions[vertex] != known->second.place.at)
+    known->second.has_strayed = true;
 }
 
 void Refinement::put(std::size_t vertex, const Place& place) {
-  if (journal != nullptr)
-    journal->emplace_back(static_cast<std::uint32_t>(vertex), this->place(vertex));
-  surface[vertex] = place.surface;
+  if (journal != nullptr) note(static_cast<std::uint32_t>(vertex));
   positions[vertex] = place.at;
   kind[vertex] = place.kind;
+  set_surface(vertex, place.surface);
   set_domain(vertex, place.domain);
 }
 
 void Refinement::store(std::size_t vertex, const SurfacePoint& point, const Vec3& at, Kind k) {
-  const bool is_kept = vertex < domain_.size();
+  const bool is_kept = vertex < base_domain_.size();
   put(vertex, {point, is_kept ? map_.to_domain(point) : DomainPoint{}, at, k});
 }
 
@@ -111,14 +157,14 @@ Vec3 Refinement::scan_normal(std::uint32_t face) const {
 
 double Refinement::facing(const Triangle& t) const {
   const Vec3 n = (positions[t[1]] - positions[t[0]]).cross(positions[t[2]] - positions[t[0]]);
-  const Vec3 under = scan_normal(surface[t[0]].face) + scan_normal(surface[t[1]].face) +
-                     scan_normal(surface[t[2]].face);
+  const Vec3 under = scan_normal(surface_face(t[0])) + scan_normal(surface_face(t[1])) +
+                     scan_normal(surface_face(t[2]));
   const double size = n.norm() * under.norm();
   const double cosine = size > 0 ? n.dot(under) / size : 0;
   if (!has_tips_ || cosine >= 0 || !(n.norm() > 0)) return cosine;
   // On a crease it is arbitrary whose normal counts: there the scan under the middle counts as
   // well.
-  if (std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_on_side(surface[v]); }))
+  if (std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_on_side(surface(v)); }))
     return cosine;
   const Vec3 middle = (positions[t[0]] + positions[t[1]] + positions[t[2]]) / 3;
   return std::max(cosine, n.dot(scan_normal(tree_.nearest(middle).face)) / n.norm());
@@ -129,7 +175,7 @@ bool Refinement::is_folded(const Triangle& t) const {
   const auto& p = scan().positions;
   // Nearly always the scan's normals all agree, and then their lengths do not matter.
   for (const std::uint32_t v : t) {
-    const Triangle& under = scan().triangles[surface[v].face];
+    const Triangle& under = scan().triangles[surface_face(v)];
     if (!(n.dot((p[under[1]] - p[under[0]]).cross(p[under[2]] - p[under[0]])) > 0))
       return facing(t) < 0;
   }
@@ -155,7 +201,7 @@ bool Refinement::is_opposed(const Triangle& t, Ties ties) const {
 bool Refinement::is_suspect(const Triangle& t, double facing) const {
   const bool is_asked =
       facing < kNearlyFolded || std::any_of(t.begin(), t.end(), [&](std::uint32_t v) {
-        return (has_tips_ || kind[v] == kVector) && is_on_side(surface[v]);
+        return (has_tips_ || kind[v] == kVector) && is_on_side(surface(v));
       });
   return is_asked && is_opposed(t);
 }
@@ -164,7 +210,7 @@ std::vector<std::uint32_t> Refinement::opposed_triangles(int level) const {
   return indices_where(topology_.triangle_count(level), [&](std::size_t i) {
     const Triangle t = triangle(level, i);
     const bool is_plain = std::all_of(t.begin(), t.end(), [&](std::uint32_t v) {
-      return kind[v] != kVector && !(has_tips_ && is_on_side(surface[v]));
+      return kind[v] != kVector && !(has_tips_ && is_on_side(surface(v)));
     });
     if (is_plain) return is_folded(t);
     const double facing = this->facing(t);
@@ -222,7 +268,7 @@ SurfacePoint Refinement::expected_point(const Edge& edge, std::uint32_t base_fac
   const auto chart = map_.atlas().common_chart(ends);
   if (!chart) return tree_.nearest(otherwise);
   const DomainPoint middle = chart->unmap((*chart->map(ends[0]) + *chart->map(ends[1])) / 2);
-  return map_.to_surface(middle, surface[edge.vertex[0]].face);
+  return map_.to_surface(middle, surface_face(edge.vertex[0]));
 }
 
 }  // namespace nacre::remesh

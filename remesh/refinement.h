@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <deque>
+#include <map>
+#include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -38,7 +41,7 @@ class Refinement {
     std::uint8_t kind;
   };
   [[nodiscard]] Place place(std::size_t vertex) const {
-    return {surface[vertex], domain(vertex), positions[vertex], kind[vertex]};
+    return {surface(vertex), domain(vertex), positions[vertex], kind[vertex]};
   }
   void put(std::size_t vertex, const Place& place);
   /// Sets a vertex to a point of the scan; `at` is its place in space.
@@ -72,9 +75,16 @@ class Refinement {
   /// All of a level > 0 that are turned, ascending.
   [[nodiscard]] std::vector<std::uint32_t> turned_triangles(int level) const;
 
+  /// Where a vertex lies on the scan.
+  [[nodiscard]] SurfacePoint surface(std::size_t vertex) const;
+  [[nodiscard]] std::uint32_t surface_face(std::size_t vertex) const {
+    if (vertex < coarser_) return surface_[vertex].face;
+    const std::uint32_t face = face_[vertex - coarser_];
+    return (face & kExact) == 0 ? face : exact_[face & ~kExact].face;
+  }
   /// Where a vertex lies in the domain.
   [[nodiscard]] DomainPoint domain(std::size_t vertex) const;
-  /// Of the finest level, only what lies on the boundary may be elsewhere than its surface point.
+  /// Only base vertices and what lies on the boundary may be elsewhere than their surface point.
   void set_domain(std::size_t vertex, const DomainPoint& point);
   /// A base corner belongs to every triangle around it: seen from the one that is asked for.
   [[nodiscard]] DomainPoint seen_from(std::uint32_t vertex, std::uint32_t base_face) const;
@@ -94,14 +104,24 @@ class Refinement {
   }
 
   std::vector<Vec3> positions;
-  std::vector<SurfacePoint> surface;
   std::vector<std::uint8_t> kind;
 
-  /// Where vertices were before they were set, oldest first, from when it is not null.
-  std::vector<std::pair<std::uint32_t, Place>>* journal = nullptr;
+  /// Where vertices were before they were set for the first time.
+  struct Earlier {
+    Place place;
+    bool has_strayed = false;  ///< and were elsewhere later, wherever they are now
+  };
+  using Journal = std::map<std::uint32_t, Earlier>;
+  /// Kept from when it is not null. Searching sets a vertex thousands of times.
+  Journal* journal = nullptr;
 
  private:
-  [[nodiscard]] std::size_t finest_on_boundary(std::size_t vertex) const;
+  /// Beside a place's number in `exact_`.
+  static constexpr std::uint32_t kExact = 0x80000000u;
+
+  void note(std::uint32_t vertex);
+  void set_surface(std::size_t vertex, const SurfacePoint& point);
+  [[nodiscard]] std::size_t on_boundary(std::size_t vertex) const;
 
   const SurfaceMap& map_;
   bool has_tips_;  // without them ties are rare, and looking for them costs more than it brings
@@ -109,10 +129,16 @@ class Refinement {
   const LineTree& tree_;
   const Topology& topology_;
   std::size_t coarser_;  // vertices of all levels but the finest
-  // Of the finest level's vertices, three quarters of all, it is kept for those on boundary edges;
-  // for the others the map says it again.
-  std::vector<DomainPoint> domain_, boundary_domain_;
-  std::vector<std::uint32_t> boundary_;  // the finest level's vertices on boundary edges
+  std::vector<SurfacePoint> surface_;
+  // The finest level's vertices are three quarters of all. Where one is on its line, the scan's
+  // triangle and its position say the rest; others have a place in `exact_`.
+  std::vector<std::uint32_t> face_;
+  std::deque<SurfacePoint> exact_;
+  std::vector<std::uint32_t> free_;  // of exact_
+  std::mutex exact_in_use_;          // while places are added
+  // The map says it again for all others.
+  std::vector<DomainPoint> base_domain_, boundary_domain_;
+  std::vector<std::uint32_t> boundary_;  // vertices on boundary edges, ascending
 };
 
 /// Mends what placing the vertices of level + 1 one by one has left: first triangles that are

@@ -92,7 +92,7 @@ struct Options {
   RepairPolicy repair = RepairPolicy::kSafe;
   /// See clean(). 0: every piece is kept.
   double small_extent = kSmallExtent;
-  /// The coder's own prediction (wavelet::predict_level); required.
+  /// The coder's own prediction (wavelet::predict_at_need); required.
   LevelPredictor predict;
   /// Told of the steps; never changes the result.
   Observer observer;

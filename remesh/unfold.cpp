@@ -191,7 +191,7 @@ class Unfolder {
   bool replace(std::uint32_t vertex) {
     double least = badness(vertex);
     if (least == 0) return false;
-    const Place kept{mesh_.surface[vertex], mesh_.positions[vertex],
+    const Place kept{mesh_.surface(vertex), mesh_.positions[vertex],
                      static_cast<Refinement::Kind>(mesh_.kind[vertex])};
     Place best = kept;
     for (const Place& place : other_places(vertex)) {

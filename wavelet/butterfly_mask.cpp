@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wavelet/butterfly_mask.h"
 
+#include <algorithm>
 #include <cassert>
 
 #include "wavelet/turn.h"
@@ -104,8 +105,15 @@ void ButterflyMask::predict(int level_index, std::span<const Vec3> coarse,
   } else {
     predict_split(level_index, coarse, points);
   }
-  for (std::size_t ring = 0; ring + 1 < ring_begin_.size(); ++ring)
-    predict_ring(level_index, ring, coarse, points);
+  for (std::size_t ring = 0; ring + 1 < ring_begin_.size(); ++ring) {
+    predict_ring(level_index, ring, coarse, [&](const Spoke& s, const Vec3& point) {
+      Vec3& out = points[edge_at_level(level_index, s)];
+      // Extraordinary vertices are neighbours on the base only; the later ring completes the mean.
+      const std::uint32_t other = ring_of_[2 * static_cast<std::size_t>(s.edge) + (1 - s.end)];
+      const bool second_of_two = level_index == 0 && other < ring;  // kNone is the largest id
+      out = second_of_two ? Vec3((out + point) * 0.5) : point;
+    });
+  }
 }
 
 void ButterflyMask::predict_base(std::span<const Vec3> coarse, std::span<Vec3> points) const {
@@ -191,20 +199,80 @@ void ButterflyMask::predict_split(int level_index, std::span<const Vec3> coarse,
   }
 }
 
-void ButterflyMask::predict_ring(int level_index, std::size_t ring, std::span<const Vec3> coarse,
-                                 std::span<Vec3> points) const {
+Vec3 ButterflyMask::wing_beyond(const LevelTopology& parent, std::span<const Vec3> coarse,
+                                std::uint32_t f, std::uint32_t k, std::uint32_t half) {
+  const Triangle& corners = parent.triangles[f];
+  const Triangle& sides = parent.triangle_edges[f];
+  const Vec3* const middle = coarse.data() + parent.vertex_count;
+  const std::uint32_t k1 = next_side(k), k2 = next_side(k1);
+  const Edge& edge = parent.edges[sides[k]];
+  if (edge.is_boundary()) {
+    return half == 0 ? Vec3((coarse[corners[k]] + middle[sides[k]]) - middle[sides[k2]])
+                     : Vec3((middle[sides[k]] + coarse[corners[k1]]) - middle[sides[k1]]);
+  }
+  const Triangle& beyond = parent.triangle_edges[face_beyond(edge, f)];
+  const std::uint32_t q1 = next_side(side_of(beyond, sides[k]));
+  return middle[beyond[half == 0 ? q1 : next_side(q1)]];
+}
+
+// The sums of predict_split(), in its order.
+Vec3 ButterflyMask::predict_one(int level_index, std::span<const Vec3> coarse,
+                                std::uint32_t e) const {
+  const LevelTopology& parent = topology_.level(level_index - 1);
+  const Vec3* const middle = coarse.data() + parent.vertex_count;
+  const auto parent_edges = static_cast<std::uint32_t>(parent.edges.size());
+  if (e >= 2 * parent_edges) {
+    const std::uint32_t f = (e - 2 * parent_edges) / 3, k = (e - 2 * parent_edges) % 3;
+    const std::uint32_t k1 = next_side(k), k2 = next_side(k1);
+    const Triangle& corners = parent.triangles[f];
+    const Triangle& sides = parent.triangle_edges[f];
+    const Vec3 out = wing_beyond(parent, coarse, f, k, 0),
+               in = wing_beyond(parent, coarse, f, k2, 1);
+    Vec3 inner = (middle[sides[k]] + middle[sides[k2]]) * 0.5;
+    inner += coarse[corners[k]] * 0.125 - (in + out) * 0.0625;
+    inner += middle[sides[k1]] * 0.125 - (coarse[corners[k1]] + coarse[corners[k2]]) * 0.0625;
+    return inner;
+  }
+  const std::uint32_t whole = e / 2, end = e % 2;
+  const Edge& edge = parent.edges[whole];
+  if (edge.is_boundary()) return four_point(topology_.level(level_index), coarse, e);
+  Vec3 point = end == 0 ? Vec3((coarse[edge.vertex[0]] + middle[whole]) * 0.5)
+                        : Vec3((middle[whole] + coarse[edge.vertex[1]]) * 0.5);
+  const auto [first, second] = std::minmax(edge.face[0], edge.face[1]);
+  for (const std::uint32_t f : {first, second}) {
+    const Triangle& sides = parent.triangle_edges[f];
+    const std::uint32_t k = side_of(sides, whole), k1 = next_side(k), k2 = next_side(k1);
+    if ((edge.vertex[0] == parent.triangles[f][k]) == (end == 0)) {
+      const Vec3 in = wing_beyond(parent, coarse, f, k2, 1);
+      point += middle[sides[k2]] * 0.125 - (middle[sides[k1]] + in) * 0.0625;
+    } else {
+      const Vec3 out = wing_beyond(parent, coarse, f, k1, 0);
+      point += middle[sides[k1]] * 0.125 - (out + middle[sides[k2]]) * 0.0625;
+    }
+  }
+  return point;
+}
+
+bool ButterflyMask::at_ring(int level_index, std::uint32_t e) const {
+  const std::uint32_t base = e >> level_index, place = e & ((1u << level_index) - 1);
+  if (2 * static_cast<std::size_t>(base) >= ring_of_.size()) return false;
+  if (place == 0) return ring_of_[2 * static_cast<std::size_t>(base)] != kNone;
+  return place + 1 == 1u << level_index &&
+         ring_of_[2 * static_cast<std::size_t>(base) + 1] != kNone;
+}
+
+void ButterflyMask::predict_ring(
+    int level_index, std::size_t ring, std::span<const Vec3> coarse,
+    const std::function<void(const Spoke&, const Vec3&)>& visit) const {
   const LevelTopology& level = topology_.level(level_index);
   const std::span<const Spoke> spokes(&spokes_[ring_begin_[ring]],
                                       ring_begin_[ring + 1] - ring_begin_[ring]);
   const auto K = static_cast<std::uint32_t>(spokes.size());
-  const auto edge_at_level = [&](const Spoke& s) {
-    return s.end == 0 ? s.edge << level_index : ((s.edge + 1) << level_index) - 1;
-  };
   const Vec3 centre = coarse[topology_.level(0).edges[spokes[0].edge].vertex[spokes[0].end]];
 
   Vec3 sum = Vec3::Zero(), cos1 = sum, sin1 = sum, cos2 = sum, sin2 = sum;
   for (std::uint32_t i = 0; i < K; ++i) {
-    const Edge& edge = level.edges[edge_at_level(spokes[i])];
+    const Edge& edge = level.edges[edge_at_level(level_index, spokes[i])];
     const Vec3 q = coarse[edge.vertex[1 - spokes[i].end]] - centre;
     const CosSin one = turn(i, K);
     const CosSin two = turn(static_cast<std::uint32_t>((2 * static_cast<std::uint64_t>(i)) % K), K);
@@ -222,12 +290,7 @@ void ButterflyMask::predict_ring(int level_index, std::size_t ring, std::span<co
     const Vec3 first = (cos1 * one.cos + sin1 * one.sin) * a1;
     const Vec3 second = (cos2 * two.cos + sin2 * two.sin) * a2;
     const Vec3 point = centre + ((sum * 0.25 + first) + second) / static_cast<double>(K);
-    Vec3& out = points[edge_at_level(spokes[i])];
-    // Extraordinary vertices are neighbours on the base only; the later ring completes the mean.
-    const std::uint32_t other =
-        ring_of_[2 * static_cast<std::size_t>(spokes[i].edge) + (1 - spokes[i].end)];
-    const bool second_of_two = level_index == 0 && other < ring;  // kNone is the largest id
-    out = second_of_two ? Vec3((out + point) * 0.5) : point;
+    visit(spokes[i], point);
   }
 }
 

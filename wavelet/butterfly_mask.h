@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -31,6 +32,19 @@ class ButterflyMask {
   /// Shapes   coarse.size() >= level's vertex_count, points.size() == its edge count
   void predict(int level, std::span<const Vec3> coarse, std::span<Vec3> points) const;
 
+  /// One of them, of a level > 0 and not of a ring: see at_ring().
+  [[nodiscard]] Vec3 predict_one(int level, std::span<const Vec3> coarse, std::uint32_t e) const;
+  /// Whether edge `e` of a level > 0 begins at an extraordinary vertex.
+  [[nodiscard]] bool at_ring(int level, std::uint32_t e) const;
+  /// Calls visit(edge of the level, point) for every such edge.
+  template <class Visit>
+  void predict_rings(int level, std::span<const Vec3> coarse, const Visit& visit) const {
+    for (std::size_t ring = 0; ring + 1 < ring_begin_.size(); ++ring)
+      predict_ring(level, ring, coarse, [&](const Spoke& s, const Vec3& point) {
+        visit(edge_at_level(level, s), point);
+      });
+  }
+
  private:
   /// End `end` of base edge `edge`. Only base vertices can be extraordinary, and their edges on
   /// every level are the end pieces of base edges.
@@ -42,8 +56,15 @@ class ButterflyMask {
   void find_rings();
   void predict_base(std::span<const Vec3> coarse, std::span<Vec3> points) const;
   void predict_split(int level, std::span<const Vec3> coarse, std::span<Vec3> points) const;
+  static std::uint32_t edge_at_level(int level, const Spoke& s) {
+    return s.end == 0 ? s.edge << level : ((s.edge + 1) << level) - 1;
+  }
+  /// Calls visit(spoke, point) for the ring's spokes in order.
   void predict_ring(int level, std::size_t ring, std::span<const Vec3> coarse,
-                    std::span<Vec3> points) const;
+                    const std::function<void(const Spoke&, const Vec3&)>& visit) const;
+  /// The wing beyond the half of side k of parent triangle f: at corner k (0) or at the next (1).
+  [[nodiscard]] static Vec3 wing_beyond(const LevelTopology& parent, std::span<const Vec3> coarse,
+                                        std::uint32_t f, std::uint32_t k, std::uint32_t half);
 
   const Topology& topology_;
   std::vector<Spoke> spokes_;            ///< of all extraordinary rings, counter-clockwise

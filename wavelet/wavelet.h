@@ -29,6 +29,11 @@ enum class Transform : std::uint8_t {
 [[nodiscard]] PredictedLevel predict_level(const Topology& topology, int level,
                                            std::span<const Vec3> coarse);
 
+/// The same to the bit, each point and frame when it is asked for: next to no memory, and more
+/// time if all are. Keeps references to `topology` and `coarse`.
+[[nodiscard]] PredictedLevel predict_at_need(const Topology& topology, int level,
+                                             std::span<const Vec3> coarse);
+
 /// Splits a semi-regular mesh into its base positions and one detail per inserted vertex.
 ///
 /// Shapes   positions.size() == topology.vertex_count()

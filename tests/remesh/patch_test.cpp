@@ -81,7 +81,7 @@ TEST_F(PatchUnfolderTest, MendsTwoOfTheNewestThatHaveChangedPlaces) {
     EXPECT_EQ(mesh_.positions[v], before[v]) << v;
   for (std::size_t v = 0; v < mesh_.positions.size(); ++v)
     EXPECT_NEAR(
-        (mesh_.positions[v] - position_of(mesh_.surface[v], scan_.triangles, scan_.positions))
+        (mesh_.positions[v] - position_of(mesh_.surface(v), scan_.triangles, scan_.positions))
             .norm(),
         0, 1e-9);
 }
@@ -134,12 +134,12 @@ TEST_F(PatchUnfolderTest, JournalTakesAllBack) {
   swap_places(t[0], t[1]);
   const auto positions = mesh_.positions;
   const auto kinds = mesh_.kind;
-  std::vector<std::pair<std::uint32_t, Refinement::Place>> journal;
+  Refinement::Journal journal;
   mesh_.journal = &journal;
   EXPECT_TRUE(unfold(Movable::kAll).empty());
   mesh_.journal = nullptr;
   EXPECT_NE(mesh_.positions, positions);
-  for (auto it = journal.rbegin(); it != journal.rend(); ++it) mesh_.put(it->first, it->second);
+  for (const auto& [vertex, earlier] : journal) mesh_.put(vertex, earlier.place);
   EXPECT_EQ(mesh_.positions, positions);
   EXPECT_EQ(mesh_.kind, kinds);
 }

@@ -13,7 +13,7 @@ inline Options options_of(int base_vertices, int levels) {
   Options options;
   options.base_vertices = base_vertices;
   options.levels = levels;
-  options.predict = wavelet::predict_level;
+  options.predict = wavelet::predict_at_need;
   return options;
 }
 

@@ -65,6 +65,25 @@ TEST(Frames, MadeOneByOneAreTheSame) {
   }
 }
 
+TEST(Frames, MadeAtNeedAreTheSame) {
+  for (const auto& [name, scan] : testing::zoo()) {
+    const Topology topology = topology_of(scan, 4);
+    for (int j = 0; j < 4; ++j) {
+      const std::vector<Vec3> p = random_points(topology.level(j).vertex_count, 7);
+      const PredictedLevel all = predict_level(topology, j, p);
+      const PredictedLevel some = predict_at_need(topology, j, p);
+      EXPECT_EQ(some.positions.empty(), j > 0);
+      ASSERT_EQ(some.size(), all.size());
+      for (std::size_t e = 0; e < all.size(); ++e) {
+        ASSERT_EQ(some.point(e), all.point(e)) << name << ", level " << j << ", edge " << e;
+        ASSERT_EQ(some.frame(e).normal, all.frame(e).normal) << name << ", edge " << e;
+        ASSERT_EQ(some.frame(e).tangent1, all.frame(e).tangent1);
+        ASSERT_EQ(some.frame(e).tangent2, all.frame(e).tangent2);
+      }
+    }
+  }
+}
+
 TEST(Frames, SecondTangentRunsAlongTheEdge) {
   const Scan scan = shapes::sphere(3);
   const Topology topology = topology_of(scan, 1);
