@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -31,6 +32,7 @@ constexpr std::size_t kStrides = 7;
 constexpr int kParabolas = 3;
 constexpr int kShifts = 8;
 constexpr double kShift = 0.99;
+constexpr std::array kBeside = {-1, 1, -2, 2, -3, 3};
 /// Enough samples to see that a simplified mesh is hopeless, and how near hope it is then, dB.
 constexpr std::size_t kFewSamples = 50'000;
 constexpr double kHopelessDb = 0.5;
@@ -304,6 +306,12 @@ Result<bool> ScanCoder::try_simplified(Result<Coded>& coded) {
        ++i) {
     vertices *= kShift;
     if (const auto shifted = worth_of(std::log(vertices)); !shifted) return shifted.error();
+  }
+  // And so does that of a size, and how much of it is used: neighbours may be better by chance.
+  for (const int i : kBeside) {
+    if (!has_size(goal) || settings.few_trials) break;
+    if (const auto beside = worth_of(std::log(vertices * std::pow(kShift, i))); !beside)
+      return beside.error();
   }
   add_remark("flat and sharp: a simplified mesh without levels is better", *coded);
   return true;

@@ -12,6 +12,7 @@
 #include <limits>
 #include <utility>
 
+#include "app/aims.h"
 #include "app/files.h"
 #include "app/remesh_stage.h"
 #include "app/sizes.h"
@@ -44,7 +45,7 @@ constexpr double kFarDb = 3;
 constexpr double kFinest = 40;
 /// What choosing cheap points of the grid instead of the nearest loses, dB: 2.6 and 8 where a bit
 /// is worth half and twice as much, fandisk.
-constexpr double kCheapPlacesDb = 5;
+constexpr double kCheapPlacesDb = 2;
 /// A corner of a cube of one step against its mean.
 constexpr double kRoundingMaximumPerRms = 3;
 /// Samples miss the very maximum; so the first aim is this much below the goal, dB.
@@ -81,6 +82,9 @@ class Coder {
     options_.effort = command.effort;
     options_.transform = command.transform;
     options_.theta_degrees = command.theta_degrees;
+    if (has_steps() && options_.transform == wavelet::Transform::kButterfly)
+      aims_ = aims_between(mesh, reference);
+    options_.aims = aims_;
   }
 
   [[nodiscard]] bool has_steps() const { return options_.profile == codec::Profile::kBest; }
@@ -125,7 +129,9 @@ class Coder {
                       encoded->bytes.size(), options.target_bytes)};
     }
     Result<Coded> coded = measured(command_, std::move(encoded), reference_, console_);
-    if (coded) coded->options = options;
+    if (!coded) return coded;
+    coded->options = options;
+    coded->options.aims = {};  // which end with this coder
     return coded;
   }
 
@@ -134,6 +140,7 @@ class Coder {
   const Reference& reference_;
   Console& console_;
   codec::EncodeOptions options_;
+  std::vector<Vec3> aims_;
 };
 
 /// What a search is after, in dB.

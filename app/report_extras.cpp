@@ -3,6 +3,7 @@
 #include <array>
 #include <utility>
 
+#include "app/aims.h"
 #include "app/files.h"
 #include "app/picture.h"
 #include "app/report_html.h"
@@ -81,6 +82,11 @@ Result<std::vector<HtmlExtras::RdPoint>> rd_curve(const EncodeRun& run, const Sc
   options.effort = run.command.effort;
   options.transform = run.command.transform;
   options.theta_degrees = run.command.theta_degrees;
+  const std::vector<Vec3> aims = options.profile == codec::Profile::kBest &&
+                                         options.transform == wavelet::Transform::kButterfly
+                                     ? aims_between(mesh, {scan, *surface})
+                                     : std::vector<Vec3>();
+  options.aims = aims;
   for (const double size : kCurveSizes) {
     if (console.cancelled())
       return Error{ErrorCode::kCancelled, "interrupted; nothing was written"};

@@ -21,8 +21,10 @@ namespace {
 
 /// λ / Δ². A uniform quantiser at high rate loses 2 ln 2 / 12 = 0.116 of its squared step per bit.
 constexpr double kLambda = 0.1;
+/// The same without levels, where fewer vertices are the better way to spend less.
+constexpr double kLambdaWithoutLevels = 0.035;
 /// Steps go as E^-(kGainPower / 2): what coarse parts lose, finer ones that are coded win back.
-constexpr double kGainPower = 0.65;
+constexpr double kGainPower = 0.6;
 constexpr int kMaxTrials = 24;
 /// Without levels: trials of λ at one step, by bisection; and positions past the finest step, where
 /// vertices that slid for bits go back to the nearest grid points.
@@ -210,7 +212,8 @@ Result<BestEncoder::Trial> BestEncoder::make_trial(double position, const std::v
     settings.weights = &*weights_;
     if (targets_) settings.targets = &*targets_;
   }
-  settings.lambda = kLambda * std::exp2(2 * position / kStepsPerOctave + dearer);
+  const double lambda = is_base_alone() ? kLambdaWithoutLevels : kLambda;
+  settings.lambda = lambda * std::exp2(2 * position / kStepsPerOctave + dearer);
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
     if (i == 0 && targets_) {  // which start from a base that lies on its grid
       settings.steps.push_back(base_step_);

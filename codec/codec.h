@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,9 @@ struct EncodeOptions {
   /// Bits per base coordinate, 6 .. 20; 0: chosen with the rate.
   int base_bits = 0;
   Effort effort = Effort::kNormal;
+  /// Where the vertices would better be, one for each, relative to the mesh's origin; none: where
+  /// they are. Profile best only, butterfly only. Must outlive the call.
+  std::span<const Vec3> aims = {};
 };
 
 struct BandReport {

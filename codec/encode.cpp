@@ -43,6 +43,11 @@ Result<void> check(const SemiRegularMesh& mesh, const EncodeOptions& options) {
   if (mesh.level_count < 0 || mesh.level_count > kMaxLevels)
     return bad("the mesh has " + std::to_string(mesh.level_count) +
                " levels; 0 .. 15 are possible");
+  if (!options.aims.empty() && options.aims.size() != mesh.positions.size())
+    return bad("the mesh needs an aim for each of its vertices, or none", options.aims.size());
+  for (std::size_t i = 0; i < options.aims.size(); ++i)
+    if (!options.aims[i].allFinite())
+      return bad("the aim of vertex " + std::to_string(i) + " is not finite", i);
   // Steps of the format end at 2^±200; coordinates keep well clear of both ends.
   constexpr double kLargest = 0x1p150, kSmallest = 0x1p-150;
   double largest = 0;
@@ -315,7 +320,7 @@ Result<Encoded> encode(const SemiRegularMesh& mesh, const EncodeOptions& options
                        const RunContext& context) {
   if (const auto ok = check(mesh, options); !ok) return ok.error();
   try {
-    const auto prepared = prepare(mesh, options.transform);
+    const auto prepared = prepare(mesh, options.transform, options.aims);
     if (!prepared) return prepared.error();
     if (context.cancelled()) return encoding_cancelled();
     if (options.profile == Profile::kBest) return encode_best(mesh, options, context, *prepared);

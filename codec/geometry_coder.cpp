@@ -66,7 +66,8 @@ std::vector<std::vector<Vec3>> detail_vectors(const Topology& topology,
   return bands;
 }
 
-Result<Prepared> prepare(const SemiRegularMesh& mesh, wavelet::Transform transform) {
+Result<Prepared> prepare(const SemiRegularMesh& mesh, wavelet::Transform transform,
+                         std::span<const Vec3> aims) {
   auto input = Topology::build(mesh.base_triangles, mesh.base_vertex_count, mesh.level_count);
   if (!input) return input.error();
   if (mesh.positions.size() != input->vertex_count()) {
@@ -84,7 +85,7 @@ Result<Prepared> prepare(const SemiRegularMesh& mesh, wavelet::Transform transfo
   const auto order = canonical_order(*input, *topology, connectivity->vertex_order);
   if (!order) return order.error();
 
-  Prepared prepared{std::move(*connectivity), std::move(*topology), {}, transform, {}, {}};
+  Prepared prepared{std::move(*connectivity), std::move(*topology), {}, transform, {}, {}, {}};
   prepared.positions.resize(order->size());
   parallel_for_each_index(
       order->size(), [&](std::size_t i) { prepared.positions[i] = mesh.positions[(*order)[i]]; });
@@ -92,6 +93,8 @@ Result<Prepared> prepare(const SemiRegularMesh& mesh, wavelet::Transform transfo
   if (!pyramid) return pyramid.error();
   prepared.pyramid = std::move(*pyramid);
   if (transform != wavelet::Transform::kButterfly) return prepared;
+  prepared.aims.resize(aims.size());
+  for (std::size_t i = 0; i < aims.size(); ++i) prepared.aims[i] = aims[(*order)[i]];
   prepared.vectors = detail_vectors(prepared.topology, prepared.positions);
   return prepared;
 }

@@ -24,6 +24,10 @@ struct Prepared {
   /// Details as vectors of model space, per band; empty for a transform whose frames the encoder
   /// cannot follow (Loop): its details stay as the pyramid has them.
   std::vector<std::vector<Vec3>> vectors;
+  std::vector<Vec3> aims;  ///< EncodeOptions::aims in the decoder's numbering, or empty
+
+  /// The finest mesh as it should be.
+  [[nodiscard]] const std::vector<Vec3>& surface() const { return aims.empty() ? positions : aims; }
 };
 
 /// Renumbers the mesh and takes its wavelet transform.
@@ -33,7 +37,8 @@ struct Prepared {
 [[nodiscard]] std::vector<std::vector<Vec3>> detail_vectors(const Topology& topology,
                                                             std::span<const Vec3> positions);
 
-[[nodiscard]] Result<Prepared> prepare(const SemiRegularMesh& mesh, wavelet::Transform transform);
+[[nodiscard]] Result<Prepared> prepare(const SemiRegularMesh& mesh, wavelet::Transform transform,
+                                       std::span<const Vec3> aims = {});
 
 /// The geometry at one choice of steps: what is written and what the decoder will see.
 struct CodedGeometry {

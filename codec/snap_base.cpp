@@ -25,7 +25,7 @@ std::vector<char> base_boundary(const Topology& topology) {
 /// The grid point that a base vertex goes to.
 Vec3 best_grid_point(const Prepared& prepared, const SurfaceWeights& weights, std::uint32_t vertex,
                      double step) {
-  const Vec3& p = prepared.positions[vertex];
+  const Vec3& p = prepared.surface()[vertex];
   constexpr int kRange = static_cast<int>(kReach) + 1;
   double least = std::numeric_limits<double>::infinity();
   Vec3 best = p;
@@ -52,11 +52,14 @@ Vec3 best_grid_point(const Prepared& prepared, const SurfaceWeights& weights, st
 Prepared snap_base(const Prepared& prepared, const SurfaceWeights& weights, double grid_step) {
   const Topology& topology = prepared.topology;
   const std::vector<char> on_boundary = base_boundary(topology);
+  const std::vector<Vec3>& surface = prepared.surface();
   Prepared out = prepared;
+  out.positions = surface;
+  out.aims.clear();
   std::vector<Vec3> slide(prepared.positions.size(), Vec3::Zero());
   parallel_for_each_index(on_boundary.size(), [&](std::size_t v) {
     const auto vertex = static_cast<std::uint32_t>(v);
-    const Vec3& p = prepared.positions[v];
+    const Vec3& p = surface[v];
     for (int k = 0; k < 3; ++k) out.positions[v][k] = std::round(p[k] / grid_step) * grid_step;
     if (on_boundary[v]) return;
     out.positions[v] = best_grid_point(prepared, weights, vertex, grid_step);
@@ -74,7 +77,7 @@ Prepared snap_base(const Prepared& prepared, const SurfaceWeights& weights, doub
         slide[v] = Vec3::Zero();
         return;
       }
-      const Vec3 place = prepared.positions[v] + slide[v];
+      const Vec3 place = surface[v] + slide[v];
       out.positions[v] =
           foot_on_surface(prepared, weights, place, static_cast<std::uint32_t>(v)).point;
     });

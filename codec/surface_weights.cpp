@@ -113,9 +113,10 @@ SurfaceWeights surface_weights(const Prepared& prepared) {
 
 SurfaceFoot foot_on_surface(const Prepared& prepared, const SurfaceWeights& weights,
                             const Vec3& place, std::uint32_t from) {
+  const std::vector<Vec3>& positions = prepared.surface();
   const auto& triangles = prepared.topology.level(prepared.topology.level_count()).triangles;
   const auto squared_to = [&](std::uint32_t vertex) {
-    const Vec3 offset = place - prepared.positions[vertex];
+    const Vec3 offset = place - positions[vertex];
     return dot(offset, offset);
   };
   // Vertices drift along the surface, so the nearest original vertex comes first.
@@ -132,10 +133,9 @@ SurfaceFoot foot_on_surface(const Prepared& prepared, const SurfaceWeights& weig
       }
     }
   }
-  SurfaceFoot best{prepared.positions[nearest], least};
+  SurfaceFoot best{positions[nearest], least};
   for (std::uint32_t i = weights.fan_begin[nearest]; i < weights.fan_begin[nearest + 1]; ++i) {
-    const SurfaceFoot foot =
-        foot_on_triangle(place, triangles[weights.fans[i]], prepared.positions);
+    const SurfaceFoot foot = foot_on_triangle(place, triangles[weights.fans[i]], positions);
     if (foot.squared_distance < best.squared_distance) best = foot;
   }
   return best;

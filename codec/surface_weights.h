@@ -27,7 +27,7 @@ struct SurfaceWeights {
 [[nodiscard]] std::vector<Vec3> surface_normals(const Topology& topology,
                                                 std::span<const Vec3> positions);
 
-/// A point of the finest mesh near some place.
+/// A point of the finest mesh as it should be, near some place.
 struct SurfaceFoot {
   Vec3 point = Vec3::Zero();
   double squared_distance = 0;
@@ -36,8 +36,8 @@ struct SurfaceFoot {
 [[nodiscard]] SurfaceFoot foot_on_surface(const Prepared& prepared, const SurfaceWeights& weights,
                                           const Vec3& place, std::uint32_t from);
 
-/// Mean squared distance of vertices to the original, looked for around the same vertex, by area; of
-/// every n-th vertex where there are hundreds of thousands.
+/// Mean squared distance of vertices to the original, looked for around the same vertex, by area;
+/// of every n-th vertex where there are hundreds of thousands.
 [[nodiscard]] double surface_error(const Prepared& prepared, const SurfaceWeights& weights,
                                    std::span<const Vec3> positions);
 

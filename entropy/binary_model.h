@@ -126,7 +126,7 @@ class MixedBit {
 
   /// The mixer's rate falls by 1 every 16 bits.
   static std::int64_t rate(std::uint32_t count) {
-    constexpr std::uint32_t kFirst = 14, kLast = 3;
+    constexpr std::uint32_t kFirst = 14, kLast = 8;
     return kFirst - std::min(count / 16, kFirst - kLast);
   }
 
