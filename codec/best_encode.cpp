@@ -22,7 +22,7 @@ namespace {
 /// λ / Δ². A uniform quantiser at high rate loses 2 ln 2 / 12 = 0.116 of its squared step per bit.
 constexpr double kLambda = 0.1;
 /// The same without levels, where fewer vertices are the better way to spend less.
-constexpr double kLambdaWithoutLevels = 0.035;
+constexpr double kLambdaWithoutLevels = 0.03;
 /// Steps go as E^-(kGainPower / 2): what coarse parts lose, finer ones that are coded win back.
 constexpr double kGainPower = 0.6;
 constexpr int kMaxTrials = 24;
@@ -33,6 +33,9 @@ constexpr double kPriceOnly = 6.0 * kStepsPerOctave;
 /// How much coarser the base's grid is where its points are chosen near the surface; of
 /// kStepsPerOctave.
 constexpr int kCoarserBase = 70;
+/// Where sizes jump past the target, and more than this share is left, a grid finer by so much.
+constexpr double kJump = 0.01;
+constexpr int kFinerBase = 20;
 
 /// Targets let vertices drift along the surface, past the triangles that surface_error() looks at:
 /// it is too large then, and only clearly larger where details along the normal are not enough.
@@ -114,7 +117,9 @@ class BestEncoder {
   /// Whether levels can aim at anything else than the mesh as it is.
   [[nodiscard]] bool has_aims() const { return weights_ && !is_base_alone(); }
   /// What levels should aim at, now that the steps are about known.
-  void aim(double position);
+  void aim(double position, int coarser_base = kCoarserBase);
+  /// The best file of at most the target whose levels aim at targets, near `position`.
+  Result<Trial> aimed(double position, int coarser_base);
   /// The best file of at most the target, from one that is, near `guess` if given.
   Result<Trial> search(Trial smallest, double unused_share,
                        std::optional<double> guess = std::nullopt) const;
@@ -312,10 +317,10 @@ Result<BestEncoder::Trial> BestEncoder::spend(Trial best, double unused_share) c
   return best;
 }
 
-void BestEncoder::aim(double position) {
+void BestEncoder::aim(double position, int coarser_base) {
   const auto gains = wavelet::regular_gains(prepared_.topology.level_count(), prepared_.transform);
   const auto index = static_cast<int>(std::lround(position - position_of(0, 0)));
-  base_step_ = std::clamp(index + kCoarserBase, ranges_[0].finest, ranges_[0].coarsest);
+  base_step_ = std::clamp(index + coarser_base, ranges_[0].finest, ranges_[0].coarsest);
   const Prepared snapped = snap_base(prepared_, *weights_, step_size(base_step_));
   targets_ =
       sparse_targets(snapped, surface_weights(snapped), std::exp2(position / kStepsPerOctave),
@@ -409,6 +414,14 @@ Result<std::optional<BestEncoder::Trial>> BestEncoder::quickly() {
   return std::optional<Trial>();
 }
 
+Result<BestEncoder::Trial> BestEncoder::aimed(double position, int coarser_base) {
+  aim(position, coarser_base);
+  if (context_.cancelled()) return encoding_cancelled();
+  auto smallest = make_trial(coarsest_ + kStepsPerOctave);
+  if (!smallest) return smallest.error();
+  return search(std::move(*smallest), effort_.unused_share, position);
+}
+
 Result<BestEncoder::Trial> BestEncoder::within_target() {
   if (effort_.is_quick && has_aims()) {
     auto quick = quickly();
@@ -420,11 +433,8 @@ Result<BestEncoder::Trial> BestEncoder::within_target() {
   if (!fits(*smallest)) return base_too_large(smallest->bytes.size(), options_.target_bytes);
   auto trial = search(*smallest, has_aims() ? effort_.first_unused_share : effort_.unused_share);
   if (!trial || !has_aims() || trial->position <= finest_) return trial;
-  aim(trial->position);
-  if (context_.cancelled()) return encoding_cancelled();
-  smallest = make_trial(coarsest_ + kStepsPerOctave);
-  if (!smallest) return smallest.error();
-  auto again = search(std::move(*smallest), effort_.unused_share, trial->position);
+  auto again = aimed(trial->position, kCoarserBase);
+  if (again && !is_close(*again, kJump)) again = aimed(trial->position, kCoarserBase - kFinerBase);
   if (!again) return again.error();
   // A base that lies on its grid may take more than one that is only rounded to it.
   if (fits(*again) && error_of(*again) < kDriftAllowance * error_of(*trial)) return again;
