@@ -434,7 +434,18 @@ Result<BestEncoder::Trial> BestEncoder::within_target() {
   auto trial = search(*smallest, has_aims() ? effort_.first_unused_share : effort_.unused_share);
   if (!trial || !has_aims() || trial->position <= finest_) return trial;
   auto again = aimed(trial->position, kCoarserBase);
-  if (again && !is_close(*again, kJump)) again = aimed(trial->position, kCoarserBase - kFinerBase);
+  if (again && !is_close(*again, kJump)) {
+    auto targets = targets_;
+    auto normals = weights_->normals;
+    auto finer = aimed(trial->position, kCoarserBase - kFinerBase);
+    if (!finer) return finer.error();
+    if (fits(*finer) && is_better(*finer, *again)) {
+      again = std::move(finer);
+    } else {
+      targets_ = std::move(targets);
+      weights_->normals = std::move(normals);
+    }
+  }
   if (!again) return again.error();
   // A base that lies on its grid may take more than one that is only rounded to it.
   if (fits(*again) && error_of(*again) < kDriftAllowance * error_of(*trial)) return again;

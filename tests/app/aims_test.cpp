@@ -125,10 +125,10 @@ TEST(Aims, AMeshWithoutLevelsHasNone) {
 
 TEST(Aims, MakeAFileOfTheSameSizeBetter) {
   const Ball ball;
-  SemiRegularMesh mesh = mesh_on_ball(3);
+  const SemiRegularMesh mesh = mesh_on_ball(2);
   codec::EncodeOptions options;
   options.profile = codec::Profile::kBest;
-  options.target_bytes = 250;
+  options.target_bytes = 500;  // the mesh is what limits it
   const std::vector<Vec3> aims = aims_between(mesh, ball.reference());
   const auto psnr_of = [&] {
     const auto encoded = codec::encode(mesh, options).value();
@@ -137,7 +137,7 @@ TEST(Aims, MakeAFileOfTheSameSizeBetter) {
   };
   const double without = psnr_of();
   options.aims = aims;
-  EXPECT_GT(psnr_of(), without + 1);
+  EXPECT_GT(psnr_of(), without + 5);
   options.aims = std::span(aims).first(10);
   const auto refused = codec::encode(mesh, options);
   ASSERT_FALSE(refused);
